@@ -1,0 +1,3 @@
+//! The command `fieldarm`.
+
+fn main() {}

@@ -1,0 +1,66 @@
+//! The words the floors share about one bus cycle.
+//!
+//! A [`CyclicLink`] is the PLC's end of a bus: it sends an output image and brings back an input
+//! image. A [`CyclicDevice`] is the robot's end. Directions are always the PLC's: *outputs* go to
+//! the robot, *inputs* come from it.
+
+use crate::time::Instant;
+
+/// What one exchange of a [`CyclicLink`] says about the inputs it brought.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum InputQuality {
+    /// The inputs were produced by the robot since the previous exchange.
+    Fresh,
+    /// The inputs are those of an earlier exchange (a late or lost frame, a wrong working counter).
+    /// `age_cycles` counts exchanges since they were fresh and saturates; 1 is one bad cycle.
+    Stale {
+        /// Exchanges since the inputs were fresh.
+        age_cycles: u32,
+    },
+    /// No inputs can be trusted: the link is down, was never up, or the robot left the bus.
+    Lost,
+}
+
+impl InputQuality {
+    /// Whether the inputs may advance a handshake.
+    #[must_use]
+    pub const fn is_fresh(self) -> bool {
+        matches!(self, Self::Fresh)
+    }
+}
+
+/// The PLC's end of a cyclic bus, for one robot.
+pub trait CyclicLink {
+    /// Why an exchange cannot be made at all, now or ever again. A lost frame is not an error but
+    /// a quality.
+    type Error;
+
+    /// Sends `outputs` and fills `inputs` with the newest image of the robot: one bus cycle.
+    ///
+    /// `now` is the time of this cycle; links that pace themselves by a clock may ignore it.
+    /// When the answer is not [`InputQuality::Fresh`], `inputs` keeps the last good image.
+    ///
+    /// # Errors
+    ///
+    /// A transport failure the link cannot recover from by itself.
+    fn exchange(
+        &mut self,
+        now: Instant,
+        outputs: &[u8],
+        inputs: &mut [u8],
+    ) -> Result<InputQuality, Self::Error>;
+}
+
+/// The robot's end of a cyclic bus: what a virtual robot offers to any bus.
+pub trait CyclicDevice {
+    /// Length of the output image in bytes (60 for a Meca500).
+    const OUTPUT_LEN: usize;
+    /// Length of the input image in bytes (252 for a Meca500).
+    const INPUT_LEN: usize;
+
+    /// One bus cycle: takes the newest `outputs` (`None` while no controller feeds the robot, or
+    /// the bus watchdog expired), lets the robot live until `now`, and writes its `inputs`.
+    ///
+    /// A slice of the wrong length is treated as no outputs, and as no room for inputs.
+    fn cycle(&mut self, now: Instant, outputs: Option<&[u8]>, inputs: &mut [u8]);
+}

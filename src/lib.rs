@@ -1,0 +1,22 @@
+//! Drive industrial robot arms from a soft PLC.
+//!
+//! Three things, in this order of weight: a zero-copy **codec** for the robots' process images
+//! ([`wire`]), a PLC-side **engine** that owns each robot's handshake, and **virtual robots** and
+//! links so that a cell can be built and tested without hardware.
+//!
+//! Each floor uses only the floors below it; `ARCHITECTURE.md` has the table, `tests/tidy.rs`
+//! enforces it.
+
+#![no_std]
+#![forbid(unsafe_code)]
+
+#[cfg(feature = "sim")]
+extern crate alloc;
+#[cfg(feature = "std")]
+extern crate std;
+
+pub mod cycle;
+#[cfg(feature = "sim")]
+pub mod sim;
+pub mod time;
+pub mod wire;

@@ -1,0 +1,3 @@
+//! Virtual robots: they answer on every bus as the real ones do.
+
+pub mod meca500;

@@ -1,0 +1,1 @@
+//! The Meca500's images, commands, codes and text.

@@ -1,0 +1,3 @@
+//! Bytes to values and back, with no state: the lowest floor.
+
+pub mod meca500;
