@@ -1,3 +1,10 @@
 //! Bytes to values and back, with no state: the lowest floor.
+//!
+//! Read [`order`] first (byte order is a type parameter of an image), then
+//! [`meca500::image`].
 
+mod error;
 pub mod meca500;
+pub mod order;
+
+pub use error::WireError;

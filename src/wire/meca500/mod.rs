@@ -1,1 +1,5 @@
-//! The Meca500's images, commands, codes and text.
+//! The Meca500's process images, commands, codes and text language.
+//!
+//! Source: PM, the programming manual MC-PM-MECA500 for firmware 11.3.
+
+pub mod image;
