@@ -33,7 +33,7 @@ mod output;
 
 use zerocopy::byteorder::{F32, U16, U32};
 
-use super::super::order::ImageOrder;
+use crate::wire::order::ImageOrder;
 
 pub use block::{BitField, FlagSet, StoredBits};
 pub use field::{Field, FieldType, FieldValue, Support};
