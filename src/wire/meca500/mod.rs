@@ -4,3 +4,4 @@ pub mod code;
 pub mod command;
 pub mod dynamic;
 pub mod revision;
+pub mod text;
