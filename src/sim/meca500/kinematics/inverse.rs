@@ -175,8 +175,7 @@ impl Target {
         let lower = libm::sqrt(lower_squared);
         let distance_squared = radius * radius + height * height;
         let cos = (distance_squared - upper * upper - lower_squared) / (2.0 * upper * lower);
-        // Also refuses NaN.
-        if !(cos.abs() <= 1.0 + REACH_SLACK) {
+        if cos.is_nan() || cos.abs() > 1.0 + REACH_SLACK {
             return None;
         }
         let cos = cos.clamp(-1.0, 1.0);
