@@ -4,12 +4,12 @@
 //! is at its finest and still turns a joint further meets a singularity:
 //!
 //! ```text
-//!               posture free                            posture desired, or start of the line
-//!  jump ---> other posture continues? --yes--> cross    wrist singularity and the hand can turn
-//!                     |                                 on the spot within its limits?
-//!                     no                                        |yes            |no
-//!                     +--> at the start? ---------------------> turn, cross     refuse (1012),
-//!                                                                               unless it ends here
+//!  a jump ahead
+//!    |-- posture free, another posture continues --------> cross in it
+//!    |-- the line ends there -----------------------------> keep joint 4 to the end
+//!    |-- wrist singularity, posture desired or line just
+//!    |   begun, joints 4 and 6 have room ----------------> turn them on the spot, cross
+//!    +-- else -------------------------------------------> refuse (1012)
 //! ```
 //!
 //! Source: PM L289-326. A line that passes a singularity at a small distance is not a jump: joints 4
@@ -26,6 +26,12 @@ use crate::sim::meca500::kinematics::{
 
 /// Most that a joint turns from knot to knot, in degrees.
 const STEP_DEG: f64 = 5.0;
+/// Turn of a joint in half a stretch, in degrees, under which bends do not matter.
+const BEND_DEG: f64 = 0.1;
+/// How much further a joint may turn in one half of a stretch than in the other.
+const BEND_RATIO: f64 = 1.1;
+/// Length of the shortest stretch cut because of a bend, in finest stretches.
+const FINEST_BEND: f64 = 1.0 / 256.0;
 /// Length of the shortest stretch, in mm of travel or degrees of turn, whichever is more of them.
 /// The manual tells a line through a singularity from one a micrometre beside it.
 const FINEST: f64 = 1e-3;
@@ -33,8 +39,9 @@ const FINEST: f64 = 1e-3;
 const MOST_KNOTS: usize = 768;
 /// How far beyond a jump the line is taken up again, in finest stretches, the best first.
 const CLEARANCES: [f64; 3] = [4.0, 2.0, 1.0];
-/// Joint 5 under which the hand may turn on the spot, in degrees: some of the finest stretches.
-const TURNING_WRIST_DEG: f64 = 0.01;
+/// Joint 5 under which the hand may turn on the spot, in degrees: some of the finest stretches. The
+/// tool tilts by up to twice as much meanwhile, 0.012 mm at the flange.
+const TURNING_WRIST_DEG: f64 = 0.005;
 
 /// How the joints follow from the line between two knots.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -97,6 +104,12 @@ impl Track<'_> {
                     .solve(at, posture, &here.joints)
                     .ok_or(PlanError::OutOfReachOnPath { at })?;
                 if is_near(&here.joints, &joints) {
+                    if at - here.at > finest * FINEST_BEND
+                        && self.bends(&here, at, &joints, posture)
+                    {
+                        pending.push(0.5 * (here.at + at));
+                        continue;
+                    }
                     self.check(at, &joints)?;
                     knots.push(here);
                     let extent = here.extent + at - here.at;
@@ -131,18 +144,16 @@ impl Track<'_> {
                 return Ok((there, other));
             }
         }
-        for at in ahead {
-            if let Some((turn, knot, there, other)) = self.turn_and_continue(&here, posture, at) {
-                knots.extend([turn, knot]);
-                return Ok((there, other));
-            }
+        if let Some((knot, there)) = self.end_in_singularity(&here, posture, ahead[0]) {
+            knots.push(knot);
+            return Ok((there, posture));
         }
-        self.end_in_singularity(&here, posture, ahead[0])
-            .map(|(knot, there)| {
-                knots.push(knot);
-                (there, posture)
-            })
-            .ok_or(PlanError::Singularity { at: here.at })
+        let (turn, knot, there, other) = ahead
+            .into_iter()
+            .find_map(|at| self.turn_and_continue(&here, posture, at))
+            .ok_or(PlanError::Singularity { at: here.at })?;
+        knots.extend([turn, knot]);
+        Ok((there, other))
     }
 
     /// Straight on: the posture changes and no joint notices.
@@ -237,6 +248,19 @@ impl Track<'_> {
             && self.limits.check(&turned).is_ok()
             && self.limits.check(&joints).is_ok();
         has_room.then_some((turned, joints, posture))
+    }
+
+    /// Whether a joint is so much faster in one half of the stretch from `here` to `at` than in the
+    /// other that the mean says little of it.
+    fn bends(&self, here: &Knot, at: f64, joints: &Joints, posture: Posture) -> bool {
+        let Some(middle) = self.solve(0.5 * (here.at + at), posture, &here.joints) else {
+            return false;
+        };
+        let ends = here.joints.iter().zip(joints);
+        middle.iter().zip(ends).any(|(middle, (from, to))| {
+            let (first, second) = ((middle - from).abs(), (to - middle).abs());
+            first.max(second) > BEND_DEG && first.max(second) > BEND_RATIO * first.min(second)
+        })
     }
 
     fn solve(&self, at: f64, posture: Posture, before: &Joints) -> Option<Joints> {
