@@ -104,7 +104,7 @@ impl<T: Wire, const N: usize> Wire for [T; N] {
     }
 }
 
-/// Flags that live in a field of bits; implemented by [`flags!`].
+/// Flags that live in a field of bits; the flag types of this module implement it.
 pub trait FlagSet: bitflags::Flags<Bits: Into<u32>> + Copy + fmt::Debug {
     /// The bytes in the image. Bit fields are bytes, lowest first, in every byte order.
     type Store: StoredBits<Bits = Self::Bits>
