@@ -2,4 +2,10 @@
 //!
 //! Source: PM, the programming manual MC-PM-MECA500 for firmware 11.3.
 
+pub mod code;
+pub mod command;
+pub mod dynamic;
 pub mod image;
+mod revision;
+
+pub use revision::Revision;
