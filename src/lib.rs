@@ -16,6 +16,7 @@ extern crate alloc;
 extern crate std;
 
 pub mod cycle;
+pub mod engine;
 #[cfg(feature = "sim")]
 pub mod sim;
 pub mod time;

@@ -1,0 +1,296 @@
+//! A cell in simulated time: engine, bus with faults, virtual robot, and the checkers that watch
+//! every cycle. `step()` is one bus cycle; every run is bounded and told by its seed.
+
+use std::fmt;
+
+use fieldarm::cycle::{CyclicLink, InputQuality};
+use fieldarm::engine::meca500::{Config, Engine, Event, SubmitError, Ticket};
+use fieldarm::sim::fault::{FaultPlan, FaultyLink};
+use fieldarm::sim::meca500::{LifecycleTimes, RobotSettings, VirtualRobot};
+use fieldarm::time::{Duration, Instant};
+use fieldarm::wire::meca500::command::MotionCommand;
+use fieldarm::wire::meca500::image::{INPUT_LEN, InputImage, OUTPUT_LEN, OutputImage};
+use fieldarm::wire::order::{Big, BigIntLittleReal, Endian, ImageOrder, Little, LittleIntBigReal};
+
+use crate::checkers::{CycleFacts, End, PlcChecker, RobotWitness, TicketChecker, TicketState};
+
+/// Commands that can wait in the engine of a cell.
+pub const QUEUE: usize = 64;
+
+/// What a cell is made of.
+#[derive(Clone, Debug)]
+pub struct Setup {
+    pub config: Config,
+    pub robot: RobotSettings,
+    pub plan: FaultPlan,
+    pub seed: u64,
+    pub cycle: Duration,
+}
+
+impl Default for Setup {
+    fn default() -> Self {
+        Self {
+            config: Config::default(),
+            robot: quick_robot(),
+            plan: FaultPlan::NONE,
+            seed: 1,
+            cycle: Duration::from_millis(1),
+        }
+    }
+}
+
+/// A robot that loses little time with what the manual gives no time for.
+pub fn quick_robot() -> RobotSettings {
+    let times = LifecycleTimes {
+        activation: Duration::from_millis(20),
+        deactivation: Duration::from_millis(10),
+        homing: Duration::from_millis(50),
+        boot: Duration::from_millis(100),
+    };
+    RobotSettings { times, ..RobotSettings::default() }
+}
+
+/// A command as the engine got it: for comparison with what the robot took.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Submitted {
+    pub ticket: Ticket,
+    pub id: u32,
+    pub argument_bits: [u32; 6],
+}
+
+/// Engine, bus and robot, with everything that is known about the run so far.
+pub struct Cell {
+    pub engine: Engine<QUEUE>,
+    pub link: FaultyLink<VirtualRobot>,
+    pub now: Instant,
+    pub cycles: u64,
+    pub outputs: [u8; OUTPUT_LEN],
+    pub inputs: [u8; INPUT_LEN],
+    pub quality: InputQuality,
+    pub events: Vec<Event>,
+    pub tickets: TicketChecker,
+    pub witness: RobotWitness,
+    pub submitted: Vec<Submitted>,
+    /// Whether the bytes that a PLC sends are judged; a corrupting bus excuses them.
+    pub strict: bool,
+    plc: PlcChecker,
+    setup: Setup,
+    excused: u32,
+    keep_events: bool,
+}
+
+impl fmt::Debug for Cell {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let last = self.events.len().saturating_sub(30);
+        f.debug_struct("Cell")
+            .field("seed", &self.setup.seed)
+            .field("readings", &self.setup.robot.readings)
+            .field("cycles", &self.cycles)
+            .field("fault", &self.link.active())
+            .field("status", &self.engine.status())
+            .field("last_events", &&self.events[last..])
+            .finish_non_exhaustive()
+    }
+}
+
+/// Cycles after a told fault in which a trigger bit may fall unconfirmed.
+const EXCUSE_CYCLES: u32 = 4;
+
+impl Cell {
+    pub fn new(setup: Setup) -> Self {
+        Self {
+            engine: Engine::new(setup.config),
+            link: FaultyLink::new(
+                VirtualRobot::new(setup.robot.clone()),
+                setup.plan,
+                setup.seed,
+            ),
+            now: Instant::from_millis(1),
+            cycles: 0,
+            outputs: [0; OUTPUT_LEN],
+            inputs: [0; INPUT_LEN],
+            quality: InputQuality::Lost,
+            events: Vec::new(),
+            tickets: TicketChecker::default(),
+            witness: RobotWitness::default(),
+            submitted: Vec::new(),
+            strict: true,
+            plc: PlcChecker::default(),
+            setup,
+            excused: 0,
+            keep_events: true,
+        }
+    }
+
+    /// A cell whose robot is up: activated, homed, resumed.
+    pub fn running(setup: Setup) -> Self {
+        let mut cell = Self::new(setup);
+        cell.until("a connection", 1_000, |cell| cell.saw(|e| matches!(e, Event::Connected { .. })));
+        cell.engine.bring_up().unwrap();
+        cell.until("the robot to be up", 20_000, |cell| {
+            cell.saw(|event| matches!(event, Event::ActionDone(_)))
+        });
+        cell.events.clear();
+        cell
+    }
+
+    /// For long runs: events are checked and forgotten.
+    pub fn forgetting(mut self) -> Self {
+        self.keep_events = false;
+        self
+    }
+
+    pub fn setup(&self) -> &Setup {
+        &self.setup
+    }
+
+    pub fn robot(&mut self) -> &mut VirtualRobot {
+        self.link.device_mut()
+    }
+
+    pub fn submit(&mut self, command: MotionCommand) -> Result<Ticket, SubmitError> {
+        let ticket = self.engine.submit(command)?;
+        self.tickets.submitted(ticket).unwrap_or_else(|problem| panic!("{problem}\n{self:#?}"));
+        let (id, arguments) = command.encode();
+        let argument_bits = arguments.map(f32::to_bits);
+        self.submitted.push(Submitted { ticket, id: id.0, argument_bits });
+        Ok(ticket)
+    }
+
+    /// One bus cycle.
+    pub fn step(&mut self) {
+        let order = self.setup.robot.byte_order;
+        match (order.integers, order.reals) {
+            (Endian::BigEndian, Endian::BigEndian) => self.step_in::<Big>(),
+            (Endian::LittleEndian, Endian::LittleEndian) => self.step_in::<Little>(),
+            (Endian::BigEndian, Endian::LittleEndian) => self.step_in::<BigIntLittleReal>(),
+            (Endian::LittleEndian, Endian::BigEndian) => self.step_in::<LittleIntBigReal>(),
+        }
+    }
+
+    fn step_in<O: ImageOrder>(&mut self) {
+        self.now += self.setup.cycle;
+        self.cycles += 1;
+        self.engine
+            .cycle_bytes(self.now, self.quality, &self.inputs, &mut self.outputs)
+            .expect("the images have their lengths");
+        let before = self.events.len();
+        while let Some(event) = self.engine.poll_event() {
+            if let Err(problem) = self.tickets.event(&event) {
+                panic!("{problem}\n{self:#?}");
+            }
+            if excuses(&event) {
+                self.excused = EXCUSE_CYCLES;
+            }
+            self.events.push(event);
+        }
+        if !self.keep_events && before > 64 {
+            self.events.clear();
+        }
+        if self.strict {
+            let facts = CycleFacts {
+                quality: self.quality,
+                excused: self.excused > 0,
+                bad_cycles_limit: u32::from(self.setup.config.bad_cycles_limit),
+            };
+            let inputs = InputImage::<O>::from_bytes(&self.inputs).unwrap();
+            let outputs = OutputImage::<O>::from_bytes(&self.outputs).unwrap();
+            if let Err(problem) = self.plc.check(facts, inputs, outputs) {
+                panic!("{problem}\n{self:#?}");
+            }
+        }
+        self.excused = self.excused.saturating_sub(1);
+        let Ok(quality) = self.link.exchange(self.now, &self.outputs, &mut self.inputs);
+        self.quality = quality;
+        self.witness.watch(
+            OutputImage::<O>::from_bytes(self.link.held_outputs()).unwrap(),
+            InputImage::<O>::from_bytes(self.link.produced_inputs()).unwrap(),
+        );
+    }
+
+    pub fn steps(&mut self, cycles: u64) {
+        for _ in 0..cycles {
+            self.step();
+        }
+    }
+
+    /// Steps until `done`, at most `limit` cycles.
+    pub fn until(&mut self, what: &str, limit: u64, mut done: impl FnMut(&mut Self) -> bool) {
+        for _ in 0..limit {
+            if done(self) {
+                return;
+            }
+            self.step();
+        }
+        assert!(done(self), "no {what} within {limit} cycles\n{self:#?}");
+    }
+
+    pub fn saw(&self, what: impl FnMut(&Event) -> bool) -> bool {
+        self.events.iter().any(what)
+    }
+
+    /// Steps until every ticket has its end.
+    pub fn finish(&mut self, limit: u64) {
+        self.until("end of all tickets", limit, |cell| cell.tickets.unfinished() == 0);
+    }
+
+    pub fn state(&self, ticket: Ticket) -> TicketState {
+        self.tickets.state(ticket)
+    }
+
+    /// Restarts the PLC: a new engine that remembers nothing, on the same bus and robot.
+    pub fn restart_plc(&mut self) {
+        self.engine = Engine::new(self.setup.config);
+        self.plc = PlcChecker::default();
+        self.tickets = TicketChecker::default();
+        self.submitted.clear();
+        self.outputs = [0; OUTPUT_LEN];
+        self.quality = InputQuality::Lost;
+    }
+
+    /// What the robot took, compared with what was submitted: each at most once, in order, and
+    /// every finished one really taken. Works on commands whose ID and arguments differ.
+    pub fn judge_acceptance(&self) {
+        let taken: Vec<_> = self
+            .witness
+            .accepted()
+            .iter()
+            .filter(|(id, bits)| self.submitted.iter().any(|s| (s.id, s.argument_bits) == (*id, *bits)))
+            .collect();
+        let mut position = 0;
+        for submitted in &self.submitted {
+            let is_taken = taken.get(position).is_some_and(|(id, bits)| {
+                (submitted.id, submitted.argument_bits) == (*id, *bits)
+            });
+            position += usize::from(is_taken);
+            let state = self.state(submitted.ticket);
+            assert!(
+                is_taken || state.end != Some(End::Done),
+                "{submitted:?} is done but the robot never took it\n{self:#?}"
+            );
+            assert!(
+                is_taken || !state.accepted,
+                "{submitted:?} is accepted but the robot never took it\n{self:#?}"
+            );
+        }
+        assert_eq!(
+            position,
+            taken.len(),
+            "the robot took a command twice or out of order: {:?}\n{self:#?}",
+            taken.get(position)
+        );
+    }
+}
+
+/// Events after which a trigger bit may fall without its confirmation.
+fn excuses(event: &Event) -> bool {
+    matches!(
+        event,
+        Event::ActionFailed { .. }
+            | Event::ConnectionLost { .. }
+            | Event::RobotRebooted
+            | Event::MonitoringOnly
+            | Event::Merged { .. }
+            | Event::Fault(_)
+    )
+}

@@ -1,0 +1,6 @@
+//! Engine against virtual robot in simulated time, one file a behaviour. The two share nothing but
+//! the wire; the checkers share nothing with either.
+
+mod checkers;
+mod harness;
+mod streaming;
