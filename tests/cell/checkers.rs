@@ -27,10 +27,7 @@ impl Command {
         Self {
             id: outputs.motion_command.motion_command_id.get(),
             argument_bits: outputs.motion_command_args.argument.map(|value| value.get().to_bits()),
-            use_variables: outputs
-                .motion_control
-                .flags
-                .contains(MotionControlFlags::USE_VARIABLES),
+            use_variables: outputs.motion_control.flags.contains(MotionControlFlags::USE_VARIABLES),
         }
     }
 }

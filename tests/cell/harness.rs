@@ -100,11 +100,7 @@ impl Cell {
     pub fn new(setup: Setup) -> Self {
         Self {
             engine: Engine::new(setup.config),
-            link: FaultyLink::new(
-                VirtualRobot::new(setup.robot.clone()),
-                setup.plan,
-                setup.seed,
-            ),
+            link: FaultyLink::new(VirtualRobot::new(setup.robot.clone()), setup.plan, setup.seed),
             now: Instant::from_millis(1),
             cycles: 0,
             outputs: [0; OUTPUT_LEN],
@@ -125,7 +121,9 @@ impl Cell {
     /// A cell whose robot is up: activated, homed, resumed.
     pub fn running(setup: Setup) -> Self {
         let mut cell = Self::new(setup);
-        cell.until("a connection", 1_000, |cell| cell.saw(|e| matches!(e, Event::Connected { .. })));
+        cell.until("a connection", 1_000, |cell| {
+            cell.saw(|e| matches!(e, Event::Connected { .. }))
+        });
         cell.engine.bring_up().unwrap();
         cell.until("the robot to be up", 20_000, |cell| {
             cell.saw(|event| matches!(event, Event::ActionDone(_)))
@@ -255,13 +253,15 @@ impl Cell {
             .witness
             .accepted()
             .iter()
-            .filter(|(id, bits)| self.submitted.iter().any(|s| (s.id, s.argument_bits) == (*id, *bits)))
+            .filter(|(id, bits)| {
+                self.submitted.iter().any(|s| (s.id, s.argument_bits) == (*id, *bits))
+            })
             .collect();
         let mut position = 0;
         for submitted in &self.submitted {
-            let is_taken = taken.get(position).is_some_and(|(id, bits)| {
-                (submitted.id, submitted.argument_bits) == (*id, *bits)
-            });
+            let is_taken = taken
+                .get(position)
+                .is_some_and(|(id, bits)| (submitted.id, submitted.argument_bits) == (*id, *bits));
             position += usize::from(is_taken);
             let state = self.state(submitted.ticket);
             assert!(
