@@ -1,7 +1,7 @@
 //! Settings of one engine.
 
 use crate::time::Duration;
-use crate::wire::meca500::Revision;
+use crate::wire::meca500::revision::Revision;
 use crate::wire::meca500::image::FirmwareLayout;
 use crate::wire::order::ByteOrder;
 

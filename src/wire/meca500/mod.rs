@@ -6,6 +6,4 @@ pub mod code;
 pub mod command;
 pub mod dynamic;
 pub mod image;
-mod revision;
-
-pub use revision::Revision;
+pub mod revision;
