@@ -31,12 +31,14 @@ fn nothing_but_zeros_until_inputs_are_fresh_and_settled() {
 
 #[test]
 fn first_move_id_differs_from_zero_and_from_the_echo() {
-    for (first, echo) in [(Some(0), 0), (Some(7), 7), (Some(1), 0), (None, 4711), (Some(0xFFFF), 0xFFFF)]
+    for (first, echo) in
+        [(Some(0), 0), (Some(7), 7), (Some(1), 0), (None, 4711), (Some(0xFFFF), 0xFFFF)]
     {
         let mut robot = Robot::ready();
         robot.echo = echo;
         robot.last_accepted = echo;
-        let mut bench = Bench::connected_to(Config { first_move_id: first, ..Config::default() }, robot);
+        let mut bench =
+            Bench::connected_to(Config { first_move_id: first, ..Config::default() }, robot);
         bench.submit_move(1);
         bench.until(5, Bench::set_point);
         let move_id = bench.outputs.motion_control.move_id.get();

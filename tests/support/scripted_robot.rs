@@ -70,17 +70,17 @@ pub struct Robot {
     pub reached: u16,
     pub discarded: u16,
     pub queue: VecDeque<(u32, [f32; 6])>,
-    running: u32,
-    previous: Option<(u16, MotionControlFlags)>,
-    busy_with: RobotControlFlags,
-    robot_before: RobotControlFlags,
+    pub running: u32,
+    pub previous: Option<(u16, MotionControlFlags)>,
+    pub busy_with: RobotControlFlags,
+    pub robot_before: RobotControlFlags,
 
     pub taken: Vec<Taken>,
     pub executed: Vec<(u32, [f32; 6])>,
     pub velocity: Option<(u32, [f32; 6])>,
     pub resumes: u32,
     pub dynamic: fn(u32) -> Option<[f32; 6]>,
-    dynamic_asked: [u32; 4],
+    pub dynamic_asked: [u32; 4],
 }
 
 impl Robot {
@@ -584,7 +584,8 @@ impl Bench {
                 if *event == done {
                     return true;
                 }
-                if matches!(event, Event::ActionFailed { action: failed, .. } if *failed == action) {
+                if matches!(event, Event::ActionFailed { action: failed, .. } if *failed == action)
+                {
                     return false;
                 }
             }
