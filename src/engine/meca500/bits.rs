@@ -242,10 +242,12 @@ impl<const QUEUE: usize> Engine<QUEUE> {
                     }
                     _ => step.confirmed(inputs) && self.level_agrees(step),
                 };
-                if nothing_to_do {
+                let impossible = step.impossible(inputs);
+                // Brakes of an activated robot are never ours, whatever they show.
+                if nothing_to_do && !(impossible.is_some() && matches!(step, Step::Brakes(_))) {
                     return Progress::Done;
                 }
-                if let Some(fault) = step.impossible(inputs) {
+                if let Some(fault) = impossible {
                     return Progress::Failed(fault);
                 }
                 if !self.may_begin(step, inputs) {
@@ -303,6 +305,7 @@ impl<const QUEUE: usize> Engine<QUEUE> {
         match step {
             Step::Simulation(on) => self.actions.simulation == Some(on),
             Step::Recovery(on) => self.actions.recovery == Some(on),
+            Step::Brakes(engaged) => engaged || self.actions.brakes == Some(false),
             _ => true,
         }
     }

@@ -234,9 +234,10 @@ impl<const QUEUE: usize> Engine<QUEUE> {
         }
     }
 
-    /// SetPoint, MoveID, ID and arguments all zero.
+    /// SetPoint, MoveID, ID and arguments all zero, for a cycle at least.
     pub(super) fn close_port(&mut self) {
         self.port = Port::Closed;
+        self.set_point_low = 0;
         self.outputs.set_point(false);
         self.outputs.move_id = 0;
         self.outputs.idle_command();
