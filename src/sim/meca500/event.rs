@@ -5,7 +5,7 @@
 
 use alloc::collections::VecDeque;
 
-use super::code::Code;
+use crate::wire::meca500::code::Code;
 
 /// Events kept for a slow reader.
 const KEPT: usize = 4096;
