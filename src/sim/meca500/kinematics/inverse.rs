@@ -175,8 +175,7 @@ impl Target {
         let lower = libm::sqrt(lower_squared);
         let distance_squared = radius * radius + height * height;
         let cos = (distance_squared - upper * upper - lower_squared) / (2.0 * upper * lower);
-        // Also refuses NaN.
-        if !(cos.abs() <= 1.0 + REACH_SLACK) {
+        if cos.is_nan() || cos.abs() > 1.0 + REACH_SLACK {
             return None;
         }
         let cos = cos.clamp(-1.0, 1.0);
@@ -213,10 +212,29 @@ mod tests {
     use super::super::{Configuration, MODEL_MAX, MODEL_MIN, forward};
     use super::*;
     use proptest::prelude::*;
+    use rs_opw_kinematics::kinematic_traits::Kinematics;
+    use rs_opw_kinematics::kinematics_impl::OPWKinematics;
+    use rs_opw_kinematics::parameters::opw_kinematics::Parameters;
 
     fn within_model(joints: &Joints) -> bool {
         joints.iter().zip(MODEL_MIN).all(|(q, min)| *q >= min)
             && joints.iter().zip(MODEL_MAX).all(|(q, max)| *q <= max)
+    }
+
+    /// The same arm in a library that nobody here wrote; it works in radians and labels nothing.
+    fn witness() -> OPWKinematics {
+        OPWKinematics::new(Parameters {
+            a1: 0.0,
+            a2: -38.0,
+            b: 0.0,
+            c1: 135.0,
+            c2: 135.0,
+            c3: 120.0,
+            c4: 70.0,
+            offsets: [0.0, 0.0, -core::f64::consts::FRAC_PI_2, 0.0, 0.0, 0.0],
+            sign_corrections: [1; 6],
+            dof: 6,
+        })
     }
 
     fn distance(a: &Pose, b: &Pose) -> f64 {
@@ -286,6 +304,40 @@ mod tests {
                 prop_assert!(distance(&forward(&solution.joints), &pose) < 1e-8);
                 prop_assert_eq!(Posture::of(&solution.joints), solution.posture);
             }
+        }
+
+        #[test]
+        fn an_independent_library_agrees(
+            q1 in -175.0..175.0f64, q2 in -70.0..90.0f64, q3 in -135.0..70.0f64,
+            q4 in -170.0..170.0f64, q5 in -115.0..115.0f64, q6 in -179.9..180.0f64,
+        ) {
+            let joints = [q1, q2, q3, q4, q5, q6];
+            let pose = forward(&joints);
+            let theirs = witness().forward(&joints.map(f64::to_radians));
+            let theirs = Pose {
+                position: DVec3::from_array(theirs.translation.to_array()),
+                orientation: glam::DQuat::from_array(theirs.rotation.to_array()),
+            };
+            prop_assert!(distance(&pose, &theirs) < 1e-9, "{:?} {:?}", pose, theirs);
+        }
+    }
+
+    #[test]
+    fn an_independent_library_finds_the_same_eight_postures() {
+        let typed = [77.0, 210.0, 300.0, -103.0, 36.0, 175.0];
+        let pose = Pose::from_xyz_euler(typed);
+        let theirs = witness().inverse(&rs_opw_kinematics::pose::Pose::from_parts(
+            rs_opw_kinematics::glam::DVec3::from_array(pose.position.to_array()),
+            rs_opw_kinematics::glam::DQuat::from_array(pose.orientation.to_array()),
+        ));
+        for solution in inverse(&pose, &[0.0; 6]).iter() {
+            assert!(
+                theirs.iter().any(|their| {
+                    let their = their.map(f64::to_degrees);
+                    solution.joints.iter().zip(their).all(|(a, b)| wrap_degrees(a - b).abs() < 1e-6)
+                }),
+                "{solution:?} is not among {theirs:?}"
+            );
         }
     }
 }

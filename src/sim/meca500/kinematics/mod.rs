@@ -13,7 +13,9 @@ mod frames;
 mod inverse;
 mod jacobian;
 
-pub use configuration::{Configuration, Posture, Side, turn_of, turn_range};
+pub use configuration::{
+    Configuration, NEAR_SINGULAR_DEG, NEAR_SINGULAR_MM, Posture, Side, turn_of, turn_range,
+};
 pub use forward::{Chain, forward, joint_centres};
 pub use frames::Frames;
 pub(super) use inverse::{Bridge, solve_across};
