@@ -42,7 +42,7 @@ struct Carried {
 
 /// Watches what the PLC sends, given what it received.
 #[derive(Debug, Default)]
-pub struct PlcChecker {
+pub(crate) struct PlcChecker {
     carried: Option<Carried>,
     set_point_before: bool,
     control_before: RobotControlFlags,
@@ -53,18 +53,18 @@ pub struct PlcChecker {
 
 /// What the checker needs to know of the cycle besides the images.
 #[derive(Clone, Copy, Debug)]
-pub struct CycleFacts {
-    pub quality: InputQuality,
+pub(crate) struct CycleFacts {
+    pub(crate) quality: InputQuality,
     /// The engine told of a fault, a failed action, a loss or a reboot in this cycle: a trigger bit
     /// may fall without its confirmation.
-    pub excused: bool,
+    pub(crate) excused: bool,
     /// Bad cycles after which the outputs must be safe.
-    pub bad_cycles_limit: u32,
+    pub(crate) bad_cycles_limit: u32,
 }
 
 impl PlcChecker {
     /// Judges `outputs`, which the engine made from `inputs`.
-    pub fn check<O: ImageOrder>(
+    pub(crate) fn check<O: ImageOrder>(
         &mut self,
         facts: CycleFacts,
         inputs: &InputImage<O>,
@@ -205,14 +205,18 @@ fn resume(motion: MotionControlFlags) -> bool {
 /// Watches what the robot takes from the bytes that reach it: an echo that becomes the MoveID in
 /// its outputs is an acceptance. Knows nothing of the robot's inside.
 #[derive(Debug, Default)]
-pub struct RobotWitness {
+pub(crate) struct RobotWitness {
     echo_before: u16,
     accepted: Vec<(u32, [u32; 6])>,
 }
 
 impl RobotWitness {
     /// Looks at the outputs the robot has and at the inputs it produced from them.
-    pub fn watch<O: ImageOrder>(&mut self, outputs: &OutputImage<O>, inputs: &InputImage<O>) {
+    pub(crate) fn watch<O: ImageOrder>(
+        &mut self,
+        outputs: &OutputImage<O>,
+        inputs: &InputImage<O>,
+    ) {
         let echo = inputs.motion_status.move_id.get();
         let taken = outputs.motion_control.flags.contains(MotionControlFlags::SET_POINT)
             && outputs.motion_control.move_id.get() == echo
@@ -226,42 +230,42 @@ impl RobotWitness {
     }
 
     /// Everything the robot took, in order: command ID and the bits of its arguments.
-    pub fn accepted(&self) -> &[(u32, [u32; 6])] {
+    pub(crate) fn accepted(&self) -> &[(u32, [u32; 6])] {
         &self.accepted
     }
 }
 
 /// The life of each ticket: accepted at most once and in order, ended exactly once.
 #[derive(Debug, Default)]
-pub struct TicketChecker {
+pub(crate) struct TicketChecker {
     tickets: BTreeMap<Ticket, TicketState>,
     last_accepted: Option<Ticket>,
 }
 
 /// Where a ticket stands.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct TicketState {
-    pub accepted: bool,
-    pub end: Option<End>,
+pub(crate) struct TicketState {
+    pub(crate) accepted: bool,
+    pub(crate) end: Option<End>,
 }
 
 /// How a ticket ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum End {
+pub(crate) enum End {
     Done,
     Aborted,
     Unknown,
 }
 
 impl TicketChecker {
-    pub fn submitted(&mut self, ticket: Ticket) -> Result<(), String> {
+    pub(crate) fn submitted(&mut self, ticket: Ticket) -> Result<(), String> {
         match self.tickets.insert(ticket, TicketState::default()) {
             None => Ok(()),
             Some(_) => Err(format!("{ticket:?} handed out twice")),
         }
     }
 
-    pub fn event(&mut self, event: &Event) -> Result<(), String> {
+    pub(crate) fn event(&mut self, event: &Event) -> Result<(), String> {
         match *event {
             Event::Accepted { ticket, .. } => {
                 if self.last_accepted.is_some_and(|last| last >= ticket) {
@@ -296,16 +300,16 @@ impl TicketChecker {
     }
 
     /// Tickets without an end.
-    pub fn unfinished(&self) -> usize {
+    pub(crate) fn unfinished(&self) -> usize {
         self.tickets.values().filter(|state| state.end.is_none()).count()
     }
 
-    pub fn state(&self, ticket: Ticket) -> TicketState {
+    pub(crate) fn state(&self, ticket: Ticket) -> TicketState {
         self.tickets.get(&ticket).copied().unwrap_or_default()
     }
 
     /// Forgets the tickets that have ended, to bound the memory of long runs.
-    pub fn forget_ended(&mut self) {
+    pub(crate) fn forget_ended(&mut self) {
         self.tickets.retain(|_, state| state.end.is_none());
     }
 }

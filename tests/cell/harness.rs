@@ -15,16 +15,16 @@ use fieldarm::wire::order::{Big, BigIntLittleReal, Endian, ImageOrder, Little, L
 use crate::checkers::{CycleFacts, End, PlcChecker, RobotWitness, TicketChecker, TicketState};
 
 /// Commands that can wait in the engine of a cell.
-pub const QUEUE: usize = 64;
+pub(crate) const QUEUE: usize = 64;
 
 /// What a cell is made of.
 #[derive(Clone, Debug)]
-pub struct Setup {
-    pub config: Config,
-    pub robot: RobotSettings,
-    pub plan: FaultPlan,
-    pub seed: u64,
-    pub cycle: Duration,
+pub(crate) struct Setup {
+    pub(crate) config: Config,
+    pub(crate) robot: RobotSettings,
+    pub(crate) plan: FaultPlan,
+    pub(crate) seed: u64,
+    pub(crate) cycle: Duration,
 }
 
 impl Default for Setup {
@@ -40,7 +40,7 @@ impl Default for Setup {
 }
 
 /// A robot that loses little time with what the manual gives no time for.
-pub fn quick_robot() -> RobotSettings {
+pub(crate) fn quick_robot() -> RobotSettings {
     let times = LifecycleTimes {
         activation: Duration::from_millis(20),
         deactivation: Duration::from_millis(10),
@@ -52,27 +52,27 @@ pub fn quick_robot() -> RobotSettings {
 
 /// A command as the engine got it: for comparison with what the robot took.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Submitted {
-    pub ticket: Ticket,
-    pub id: u32,
-    pub argument_bits: [u32; 6],
+pub(crate) struct Submitted {
+    pub(crate) ticket: Ticket,
+    pub(crate) id: u32,
+    pub(crate) argument_bits: [u32; 6],
 }
 
 /// Engine, bus and robot, with everything that is known about the run so far.
-pub struct Cell {
-    pub engine: Engine<QUEUE>,
-    pub link: FaultyLink<VirtualRobot>,
-    pub now: Instant,
-    pub cycles: u64,
-    pub outputs: [u8; OUTPUT_LEN],
-    pub inputs: [u8; INPUT_LEN],
-    pub quality: InputQuality,
-    pub events: Vec<Event>,
-    pub tickets: TicketChecker,
-    pub witness: RobotWitness,
-    pub submitted: Vec<Submitted>,
+pub(crate) struct Cell {
+    pub(crate) engine: Engine<QUEUE>,
+    pub(crate) link: FaultyLink<VirtualRobot>,
+    pub(crate) now: Instant,
+    pub(crate) cycles: u64,
+    pub(crate) outputs: [u8; OUTPUT_LEN],
+    pub(crate) inputs: [u8; INPUT_LEN],
+    pub(crate) quality: InputQuality,
+    pub(crate) events: Vec<Event>,
+    pub(crate) tickets: TicketChecker,
+    pub(crate) witness: RobotWitness,
+    pub(crate) submitted: Vec<Submitted>,
     /// Whether the bytes that a PLC sends are judged; a corrupting bus excuses them.
-    pub strict: bool,
+    pub(crate) strict: bool,
     plc: PlcChecker,
     setup: Setup,
     excused: u32,
@@ -97,7 +97,7 @@ impl fmt::Debug for Cell {
 const EXCUSE_CYCLES: u32 = 4;
 
 impl Cell {
-    pub fn new(setup: Setup) -> Self {
+    pub(crate) fn new(setup: Setup) -> Self {
         Self {
             engine: Engine::new(setup.config),
             link: FaultyLink::new(VirtualRobot::new(setup.robot.clone()), setup.plan, setup.seed),
@@ -119,7 +119,7 @@ impl Cell {
     }
 
     /// A cell whose robot is up: activated, homed, resumed.
-    pub fn running(setup: Setup) -> Self {
+    pub(crate) fn running(setup: Setup) -> Self {
         let mut cell = Self::new(setup);
         cell.until("a connection", 1_000, |cell| {
             cell.saw(|e| matches!(e, Event::Connected { .. }))
@@ -133,20 +133,20 @@ impl Cell {
     }
 
     /// For long runs: events are checked and forgotten.
-    pub fn forgetting(mut self) -> Self {
+    pub(crate) fn forgetting(mut self) -> Self {
         self.keep_events = false;
         self
     }
 
-    pub fn setup(&self) -> &Setup {
+    pub(crate) fn setup(&self) -> &Setup {
         &self.setup
     }
 
-    pub fn robot(&mut self) -> &mut VirtualRobot {
+    pub(crate) fn robot(&mut self) -> &mut VirtualRobot {
         self.link.device_mut()
     }
 
-    pub fn submit(&mut self, command: MotionCommand) -> Result<Ticket, SubmitError> {
+    pub(crate) fn submit(&mut self, command: MotionCommand) -> Result<Ticket, SubmitError> {
         let ticket = self.engine.submit(command)?;
         self.tickets.submitted(ticket).unwrap_or_else(|problem| panic!("{problem}\n{self:#?}"));
         let (id, arguments) = command.encode();
@@ -156,7 +156,7 @@ impl Cell {
     }
 
     /// One bus cycle.
-    pub fn step(&mut self) {
+    pub(crate) fn step(&mut self) {
         let order = self.setup.robot.byte_order;
         match (order.integers, order.reals) {
             (Endian::BigEndian, Endian::BigEndian) => self.step_in::<Big>(),
@@ -206,14 +206,19 @@ impl Cell {
         );
     }
 
-    pub fn steps(&mut self, cycles: u64) {
+    pub(crate) fn steps(&mut self, cycles: u64) {
         for _ in 0..cycles {
             self.step();
         }
     }
 
     /// Steps until `done`, at most `limit` cycles.
-    pub fn until(&mut self, what: &str, limit: u64, mut done: impl FnMut(&mut Self) -> bool) {
+    pub(crate) fn until(
+        &mut self,
+        what: &str,
+        limit: u64,
+        mut done: impl FnMut(&mut Self) -> bool,
+    ) {
         for _ in 0..limit {
             if done(self) {
                 return;
@@ -223,21 +228,21 @@ impl Cell {
         assert!(done(self), "no {what} within {limit} cycles\n{self:#?}");
     }
 
-    pub fn saw(&self, what: impl FnMut(&Event) -> bool) -> bool {
+    pub(crate) fn saw(&self, what: impl FnMut(&Event) -> bool) -> bool {
         self.events.iter().any(what)
     }
 
     /// Steps until every ticket has its end.
-    pub fn finish(&mut self, limit: u64) {
+    pub(crate) fn finish(&mut self, limit: u64) {
         self.until("end of all tickets", limit, |cell| cell.tickets.unfinished() == 0);
     }
 
-    pub fn state(&self, ticket: Ticket) -> TicketState {
+    pub(crate) fn state(&self, ticket: Ticket) -> TicketState {
         self.tickets.state(ticket)
     }
 
     /// Restarts the PLC: a new engine that remembers nothing, on the same bus and robot.
-    pub fn restart_plc(&mut self) {
+    pub(crate) fn restart_plc(&mut self) {
         self.engine = Engine::new(self.setup.config);
         self.plc = PlcChecker::default();
         self.tickets = TicketChecker::default();
@@ -248,7 +253,7 @@ impl Cell {
 
     /// What the robot took, compared with what was submitted: each at most once, in order, and
     /// every finished one really taken. Works on commands whose ID and arguments differ.
-    pub fn judge_acceptance(&self) {
+    pub(crate) fn judge_acceptance(&self) {
         let taken: Vec<_> = self
             .witness
             .accepted()

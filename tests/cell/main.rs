@@ -2,5 +2,6 @@
 //! the wire; the checkers share nothing with either.
 
 mod checkers;
+mod faults;
 mod harness;
 mod streaming;

@@ -7,7 +7,7 @@ use crate::checkers::End;
 use crate::harness::{Cell, Setup};
 
 /// A settings command unlike any other of the run.
-pub fn numbered(number: u32) -> MotionCommand {
+pub(crate) fn numbered(number: u32) -> MotionCommand {
     MotionCommand::SetCartLinVel(100.0 + number as f32 * 0.25)
 }
 

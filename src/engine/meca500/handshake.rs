@@ -333,13 +333,16 @@ impl<const QUEUE: usize> Engine<QUEUE> {
                 self.finish(ticket, Verdict::Unknown(UnknownCause::AckTimeout));
                 self.halted = Some(WaitReason::Undecided);
             }
-            (Withdrawal::AckTimeout, Owner::Mark) => self.halted = Some(WaitReason::Undecided),
+            (Withdrawal::AckTimeout, Owner::Mark) => {
+                self.ledger.mark_lost();
+                self.halted = Some(WaitReason::Undecided);
+            }
             (Withdrawal::Abort(reason), Owner::Ticket(ticket)) => {
                 self.finish(ticket, Verdict::Aborted(reason));
                 self.drop_waiting(self.waiting_motion_live(), reason);
             }
             (_, Owner::Action(internal)) => self.actions.refused(internal),
-            (Withdrawal::Abort(_), Owner::Mark) => {}
+            (Withdrawal::Abort(_), Owner::Mark) => self.ledger.mark_lost(),
         }
     }
 
@@ -579,7 +582,7 @@ impl<const QUEUE: usize> Engine<QUEUE> {
                 self.finish(ticket, Verdict::Unknown(UnknownCause::LinkLost));
             }
             Owner::Action(internal) => self.actions.refused(internal),
-            Owner::Mark => {}
+            Owner::Mark => self.ledger.mark_lost(),
         }
     }
 }

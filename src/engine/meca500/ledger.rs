@@ -158,6 +158,12 @@ impl Ledger {
         number
     }
 
+    /// The checkpoint sent last may not have arrived: another one is due. Its number stays
+    /// outstanding, in case it did arrive.
+    pub(super) fn mark_lost(&mut self) {
+        self.marked = self.settled;
+    }
+
     /// Notes that the robot took a queued command.
     pub(super) fn accept(&mut self, entry: Entry) {
         if let Some(number) = entry.checkpoint {

@@ -1,6 +1,7 @@
 //! Snapshots for callers: where the engine stands and what it has counted.
 
 use super::Engine;
+use super::Purge;
 use super::connection::Phase;
 use super::handshake::Port;
 use crate::wire::meca500::code::Code;
@@ -80,7 +81,8 @@ pub struct Status {
     pub move_id: u16,
     /// CheckpointReached as shown, the engine's own included.
     pub checkpoint_reached: u32,
-    /// Whether queued commands would be executed: ready for motion and not paused.
+    /// Whether queued commands would be executed: ready for motion, not paused, and nothing left
+    /// in the robot's queue that [`Action::Resume`](super::Action::Resume) has to clear first.
     pub ready: bool,
     /// Submitted commands that were not sent.
     pub waiting: u32,
@@ -115,7 +117,10 @@ impl<const QUEUE: usize> Engine<QUEUE> {
             fifo_space: inputs.fifo_space,
             move_id: inputs.move_id,
             checkpoint_reached: inputs.reached,
-            ready: self.is_connected() && inputs.ready_for_motion() && !inputs.paused(),
+            ready: self.is_connected()
+                && inputs.ready_for_motion()
+                && !inputs.paused()
+                && self.purge == Purge::No,
             waiting: self.waiting_live(),
             unacknowledged: self.in_flight.is_some(),
             on_robot: self.ledger.live(),
