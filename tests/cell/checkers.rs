@@ -148,7 +148,12 @@ impl PlcChecker {
                     self.carried = Some(Carried { command, ..carried });
                 }
             }
-            Some(carried) if self.set_point_before && !carried.echoed => {
+            // "No movement" arms the handshake; whether it is acknowledged is not stated.
+            Some(carried)
+                if self.set_point_before
+                    && !carried.echoed
+                    && carried.command != Command::NO_MOVEMENT =>
+            {
                 return Err(format!(
                     "MoveID went from {} to {move_id} without an echo",
                     carried.move_id

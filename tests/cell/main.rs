@@ -4,4 +4,7 @@
 mod checkers;
 mod faults;
 mod harness;
+mod readings;
+mod recovery;
+mod restarts;
 mod streaming;
