@@ -9,7 +9,7 @@ use fieldarm::wire::meca500::dynamic::DynamicType;
 use scripted_robot::Bench;
 
 fn knows_up_to_99(ty: u32) -> Option<[f32; 6]> {
-    (1..100).contains(&ty).then(|| [ty as f32, 1.0, f32::NAN, 0.0, 0.0, 6.0])
+    (1..100).contains(&ty).then_some([ty as f32, 1.0, f32::NAN, 0.0, 0.0, 6.0])
 }
 
 fn bench() -> Bench {

@@ -118,7 +118,7 @@ fn apply(bench: &mut Bench, op: Op, tickets: &mut Vec<(fieldarm::engine::meca500
 fn settle(bench: &mut Bench) {
     bench.restore_link();
     bench.robot.acknowledges = true;
-    for _ in 0..40 {
+    for _ in 0..120 {
         bench.steps(100);
         if bench.robot.signals.contains(SafetySignals::P_STOP2) {
             bench.robot.resettable = SafetyResettable::P_STOP2;

@@ -158,9 +158,8 @@ impl Ledger {
         number
     }
 
-    /// The checkpoint sent last may not have arrived: another one is due. Its number stays
-    /// outstanding, in case it did arrive.
-    pub(super) fn mark_lost(&mut self) {
+    /// The checkpoint sent last may never have arrived: what it stood for needs another one.
+    pub(super) fn mark_again(&mut self) {
         self.marked = self.settled;
     }
 
@@ -297,7 +296,8 @@ impl Ledger {
         }
     }
 
-    /// A safety stop came: what has no checkpoint on the robot may vanish without a trace.
+    /// A safety stop came, or motion resumes: what has no checkpoint on the robot may have vanished
+    /// without a trace.
     pub(super) fn taint(&mut self) {
         if self.marks.is_empty() && self.live() > 0 {
             self.tainted = self.next;
