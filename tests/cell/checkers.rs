@@ -8,7 +8,7 @@ use fieldarm::engine::meca500::{Event, Ticket};
 use fieldarm::wire::meca500::command::MotionCommandId;
 use fieldarm::wire::meca500::image::{
     InputImage, MotionControlFlags, MotionStatusFlags, OutputImage, RobotControlFlags,
-    RobotStatusFlags,
+    RobotStatusFlags, SafetySignals,
 };
 use fieldarm::wire::order::ImageOrder;
 
@@ -47,6 +47,8 @@ pub(crate) struct PlcChecker {
     set_point_before: bool,
     control_before: RobotControlFlags,
     resume_before: bool,
+    /// Safety signals when ResumeMotion rose.
+    stops_at_resume: SafetySignals,
     bad_cycles: u32,
     seen_fresh: bool,
 }
@@ -102,6 +104,9 @@ impl PlcChecker {
         }
         self.set_point_before = set_point;
         self.control_before = control;
+        if resume(motion) && !self.resume_before {
+            self.stops_at_resume = inputs.safety_status.signals.get();
+        }
         self.resume_before = resume(motion);
         Ok(())
     }
@@ -189,8 +194,10 @@ impl PlcChecker {
                 return Err(format!("{bit:?} released without its confirmation"));
             }
         }
+        // An edge may be spent on a safety signal; motion then needs one of its own.
         let paused = inputs.motion_status.flags.contains(MotionStatusFlags::PAUSED);
-        if self.resume_before && !resume(motion) && paused {
+        let stops = inputs.safety_status.signals.get();
+        if self.resume_before && !resume(motion) && paused && stops == self.stops_at_resume {
             return Err("ResumeMotion released while still paused".into());
         }
         Ok(())

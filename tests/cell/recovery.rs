@@ -1,6 +1,6 @@
 //! From every stop back to motion: errors, safety signals, deactivation, with the robot's panel.
 
-use fieldarm::engine::meca500::{AbortReason, Action, Event};
+use fieldarm::engine::meca500::{AbortReason, Action, ConnectionPhase, Event};
 use fieldarm::sim::meca500::RobotSettings;
 use fieldarm::wire::meca500::command::MotionCommand;
 use fieldarm::wire::meca500::image::{RobotStatusFlags, SafetySignals};
@@ -112,11 +112,15 @@ fn an_e_stop_of_revision_3_switches_the_robot_off() {
     cell.robot().panel().switch_on();
     cell.finish(5_000);
     assert_ne!(cell.state(far).end, Some(End::Done));
-    cell.events.clear();
     cell.until("a connection", 5_000, |cell| {
-        cell.engine.status().phase == fieldarm::engine::meca500::ConnectionPhase::Connected
-            && cell.engine.status().move_id == 0
+        cell.engine.status().phase == ConnectionPhase::Connected
     });
+    cell.robot().panel().press_reset();
+    cell.steps(20);
+    act(&mut cell, Action::BringUp);
+    let next = cell.submit(numbered(1)).unwrap();
+    cell.finish(2_000);
+    assert_eq!(cell.state(next).end, Some(End::Done));
 }
 
 #[test]

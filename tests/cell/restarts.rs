@@ -80,7 +80,10 @@ fn a_reboot_in_the_middle_of_a_program_aborts_it_and_nothing_runs_twice() {
             matches!(
                 event,
                 Event::RobotRebooted
-                    | Event::Aborted { reason: AbortReason::RobotRebooted, .. }
+                    | Event::Aborted {
+                        reason: AbortReason::RobotRebooted | AbortReason::Deactivated,
+                        ..
+                    }
                     | Event::ConnectionLost { .. }
             )
         });
