@@ -78,7 +78,7 @@ impl FaultPlan {
 }
 
 /// A link in memory to `device` that misbehaves as planned; the same seed gives the same run.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct FaultyLink<D> {
     device: D,
     plan: FaultPlan,

@@ -41,7 +41,7 @@ struct Carried {
 }
 
 /// Watches what the PLC sends, given what it received.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct PlcChecker {
     carried: Option<Carried>,
     set_point_before: bool,
@@ -216,7 +216,7 @@ fn resume(motion: MotionControlFlags) -> bool {
 
 /// Watches what the robot takes from the bytes that reach it: an echo that becomes the MoveID in
 /// its outputs is an acceptance. Knows nothing of the robot's inside.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct RobotWitness {
     echo_before: u16,
     accepted: Vec<(u32, [u32; 6])>,
@@ -248,7 +248,7 @@ impl RobotWitness {
 }
 
 /// The life of each ticket: accepted at most once and in order, ended exactly once.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct TicketChecker {
     tickets: BTreeMap<Ticket, TicketState>,
     last_accepted: Option<Ticket>,

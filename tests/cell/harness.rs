@@ -59,6 +59,7 @@ pub(crate) struct Submitted {
 }
 
 /// Engine, bus and robot, with everything that is known about the run so far.
+#[derive(Clone)]
 pub(crate) struct Cell {
     pub(crate) engine: Engine<QUEUE>,
     pub(crate) link: FaultyLink<VirtualRobot>,

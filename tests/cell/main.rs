@@ -2,9 +2,13 @@
 //! the wire; the checkers share nothing with either.
 
 mod checkers;
+mod connecting;
+mod exhaustive;
 mod faults;
 mod harness;
 mod readings;
 mod recovery;
 mod restarts;
+mod soak;
 mod streaming;
+mod velocity;
