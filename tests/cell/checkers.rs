@@ -197,7 +197,9 @@ impl PlcChecker {
         // An edge may be spent on a safety signal; motion then needs one of its own.
         let paused = inputs.motion_status.flags.contains(MotionStatusFlags::PAUSED);
         let stops = inputs.safety_status.signals.get();
-        if self.resume_before && !resume(motion) && paused && stops == self.stops_at_resume {
+        let activated = robot.contains(RobotStatusFlags::ACTIVATED);
+        let spent = stops != self.stops_at_resume;
+        if self.resume_before && !resume(motion) && activated && paused && !spent {
             return Err("ResumeMotion released while still paused".into());
         }
         Ok(())

@@ -56,7 +56,7 @@ pub enum Action {
     Reboot,
     /// Forget the homing, while deactivated. Confirmed by the echo.
     ClearHoming,
-    /// Activate, home, and resume where motion is paused.
+    /// Reset what ResumeMotion can reset, activate, home, and resume where motion is paused.
     BringUp,
     /// Reset the error and resume.
     Recover,
@@ -105,9 +105,13 @@ impl Action {
             }
             Self::Reboot => &[Step::Send(Internal::Reboot), Step::AwaitReboot],
             Self::ClearHoming => &[Step::Send(Internal::ClearHoming)],
-            Self::BringUp => {
-                &[Step::Activate, Step::Home { or_recovery: true }, Step::Resume { always: false }]
-            }
+            Self::BringUp => &[
+                // A released P-Stop 2 may keep the robot from being activated.
+                Step::ResetStops,
+                Step::Activate,
+                Step::Home { or_recovery: true },
+                Step::Resume { always: false },
+            ],
             Self::Recover => &[Step::ResetError, Step::Resume { always: true }],
             Self::DisableEtherCat => &[Step::DisableEtherCat],
             Self::Pause | Self::Clear => &[],
@@ -426,7 +430,8 @@ impl<const QUEUE: usize> Engine<QUEUE> {
             Step::ResetError => limits.reset_error,
             Step::Resume { .. } => limits.resume,
             Step::AwaitReboot => limits.reboot,
-            Step::Simulation(_)
+            Step::ResetStops
+            | Step::Simulation(_)
             | Step::Recovery(_)
             | Step::Brakes(_)
             | Step::HostTime(_)

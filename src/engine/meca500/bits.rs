@@ -33,9 +33,15 @@ use crate::wire::meca500::image::{
 pub(super) enum Step {
     Activate,
     Deactivate,
-    Home { or_recovery: bool },
+    Home {
+        or_recovery: bool,
+    },
     ResetError,
-    Resume { always: bool },
+    /// An edge of ResumeMotion that resets what it can, before activation.
+    ResetStops,
+    Resume {
+        always: bool,
+    },
     Simulation(bool),
     Recovery(bool),
     Brakes(bool),
@@ -98,6 +104,7 @@ impl Step {
             Self::Deactivate => !inputs.activated() && !inputs.busy(),
             Self::Home { or_recovery } => inputs.homed() || or_recovery && inputs.recovery(),
             Self::ResetError => inputs.error_code == 0,
+            Self::ResetStops => inputs.activated() || inputs.resettable_stops().is_empty(),
             Self::Resume { .. } => !inputs.paused(),
             Self::Simulation(on) => inputs.robot.contains(RobotStatusFlags::SIM_ACTIVATED) == on,
             Self::Recovery(on) => inputs.recovery() == on,
@@ -265,6 +272,10 @@ impl<const QUEUE: usize> Engine<QUEUE> {
                 }
                 match step {
                     Step::Resume { .. } => self.hold_resume(inputs, fresh, resets),
+                    // Whether a deactivated robot listens is not stated: activation will tell.
+                    Step::ResetStops if fresh >= self.config.edge_hold_cycles.max(1) => {
+                        Progress::Done
+                    }
                     Step::HostTime(_) if fresh >= self.config.host_time_cycles.max(1) => {
                         Progress::Done
                     }
@@ -333,6 +344,9 @@ impl<const QUEUE: usize> Engine<QUEUE> {
                 && self.actions.stops_low >= low
                 && inputs.blocking_stops().is_empty();
         }
+        if step == Step::ResetStops {
+            return self.actions.triggers_low >= low && self.actions.stops_low >= low;
+        }
         let waits_for_rest = matches!(step, Step::Activate | Step::Home { .. });
         let triggers = step.trigger().intersects(TRIGGERS);
         (!triggers || self.actions.triggers_low >= low) && !(waits_for_rest && inputs.busy())
@@ -341,6 +355,7 @@ impl<const QUEUE: usize> Engine<QUEUE> {
     fn command(&mut self, step: Step) {
         self.outputs.robot.insert(step.trigger());
         match step {
+            Step::ResetStops => self.outputs.motion.insert(MotionControlFlags::RESUME_MOTION),
             Step::Resume { .. } => {
                 self.outputs.motion.insert(MotionControlFlags::RESUME_MOTION);
                 // The edge also hides that the queue was cleared, if it was just before.
@@ -359,7 +374,9 @@ impl<const QUEUE: usize> Engine<QUEUE> {
     pub(super) fn release(&mut self, step: Step, failed: bool) {
         self.outputs.robot.remove(step.trigger());
         match step {
-            Step::Resume { .. } => self.outputs.motion.remove(MotionControlFlags::RESUME_MOTION),
+            Step::ResetStops | Step::Resume { .. } => {
+                self.outputs.motion.remove(MotionControlFlags::RESUME_MOTION);
+            }
             Step::HostTime(_) => self.outputs.host_time = 0,
             Step::Simulation(on) if failed && self.actions.simulation == Some(on) => {
                 self.actions.simulation =

@@ -93,6 +93,11 @@ impl Inputs {
         self.stops().difference(resettable.difference(SafetySignals::E_STOP))
     }
 
+    /// Safety signals that ResumeMotion can reset now.
+    pub(super) fn resettable_stops(&self) -> SafetySignals {
+        self.stops().difference(self.blocking_stops())
+    }
+
     pub(super) fn ready_for_motion(&self) -> bool {
         self.activated()
             && (self.homed() || self.recovery())
