@@ -48,8 +48,7 @@ fn compiled_commands_take_space_as_the_reading_says() {
     for (reading, space) in
         [(CompiledCommands::Counted, 12_900), (CompiledCommands::NotCounted, 12_925)]
     {
-        let mut cell =
-            Cell::ready_with(|settings| settings.readings.compiled_commands = reading);
+        let mut cell = Cell::ready_with(|settings| settings.readings.compiled_commands = reading);
         cell.sent(6, &[1000.0]);
         cell.cycle();
         for _ in 0..100 {
@@ -102,6 +101,7 @@ fn a_checkpoint_is_reached_when_the_motion_before_it_is_done() {
     assert!(cell.has(EOB | EOM), "the last checkpoint comes along with EOB");
     cell.sent(17, &[12.0]);
     cell.sent(17, &[12.0]);
+    cell.cycles(2);
     let again = cell.events().iter().filter(|e| **e == RobotEvent::CheckpointReached(12)).count();
     assert_eq!(again, 3, "the same number may be used many times");
     cell.cycles(100);
@@ -217,8 +217,7 @@ fn clear_empties_the_queue_discards_checkpoints_and_needs_resume() {
 #[test]
 fn a_held_clear_bit_follows_the_reading() {
     for (reading, kept) in [(HeldClearMotion::EachCycle, false), (HeldClearMotion::Once, true)] {
-        let mut cell =
-            Cell::ready_with(|settings| settings.readings.held_clear_motion = reading);
+        let mut cell = Cell::ready_with(|settings| settings.readings.held_clear_motion = reading);
         cell.motion(CLEAR, true);
         cell.cycles(3);
         cell.sent(17, &[1.0]);
@@ -272,6 +271,25 @@ fn an_error_clears_the_queue_and_refuses_until_reset_and_resume() {
 }
 
 #[test]
+fn an_error_while_paused_clears_the_motion() {
+    let mut cell = Cell::ready();
+    cell.sent(1, &[60.0]);
+    cell.sent(17, &[5.0]);
+    cell.cycles(300);
+    cell.motion(PAUSE, true);
+    cell.cycles(100);
+    let at = cell.joints();
+    cell.robot.panel().break_drives();
+    cell.cycle();
+    assert_eq!(cell.error(), 3006);
+    assert_eq!((cell.fifo_space(), cell.discarded()), (13_000, 5));
+    cell.motion(PAUSE, false);
+    cell.deactivate();
+    cell.cycles(500);
+    assert_eq!(cell.joints(), at, "the trajectory is not resumed");
+}
+
+#[test]
 fn paused_in_error_mode_follows_the_reading() {
     for (reading, shown) in [(PausedInErrorMode::Set, true), (PausedInErrorMode::Clear, false)] {
         let mut cell =
@@ -291,7 +309,8 @@ fn paused_in_error_mode_follows_the_reading() {
 
 #[test]
 fn an_error_before_the_robot_is_ready_follows_the_reading() {
-    for (reading, resets) in [(ResetBeforeReady::Allowed, true), (ResetBeforeReady::Refused, false)] {
+    for (reading, resets) in [(ResetBeforeReady::Allowed, true), (ResetBeforeReady::Refused, false)]
+    {
         let mut settings = fieldarm::sim::meca500::RobotSettings::default();
         settings.readings.reset_before_ready = reading;
         let mut cell = Cell::new(settings);
