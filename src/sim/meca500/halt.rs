@@ -13,9 +13,10 @@
 use bitflags::bitflags;
 
 use super::event::RobotEvent;
+use super::lifecycle::Lifecycle;
 use super::readings::{
-    PStop2Cleared, PStop2Paused, PausedInErrorMode, RefusalCode, ResetBeforeReady,
-    ResumeAfterSafetyStop,
+    PStop2Cleared, PStop2Paused, PausedInErrorMode, RefusalCode, ReleasedStopWhileDeactivated,
+    ResetBeforeReady, ResumeAfterSafetyStop,
 };
 use super::robot::VirtualRobot;
 use super::safety::Signal;
@@ -114,6 +115,14 @@ impl VirtualRobot {
     ///
     /// 1005, 1006 or 1011; 1040 while a safety signal is present.
     pub fn resume_motion(&mut self) -> Result<(), Code> {
+        if self.lifecycle == Lifecycle::Deactivated
+            && self.settings.readings.released_stop_while_deactivated
+                == ReleasedStopWhileDeactivated::NeedsResume
+            && !self.safety.any_present()
+            && self.safety.reset_by_resume()
+        {
+            return Ok(());
+        }
         self.ready_for_motion()?;
         if self.error != Code(0) {
             return Err(Code::IN_ERROR);

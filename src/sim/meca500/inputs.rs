@@ -57,7 +57,7 @@ impl VirtualRobot {
         write_frame(&mut image.target_wrf, &self.motion_settings.wrf);
         write_frame(&mut image.target_trf, &self.motion_settings.trf);
 
-        let micros = self.now.as_nanos() / 1_000;
+        let micros = (self.now - self.timestamp_origin).as_micros();
         let timestamp = &mut image.robot_timestamp;
         timestamp.seconds.set(u32::try_from(micros / 1_000_000).unwrap_or(u32::MAX));
         timestamp.microseconds.set((micros % 1_000_000) as u32);

@@ -16,7 +16,10 @@ use super::halt::Halts;
 use super::kinematics::Joints;
 use super::motion::JointState;
 use super::motion_settings::MotionSettings;
-use super::readings::{ActivationFailureCode, ActivationOutsideLimits, PausedAfterActivation};
+use super::readings::{
+    ActivationFailureCode, ActivationOutsideLimits, PausedAfterActivation,
+    ReleasedStopWhileDeactivated, TimestampAfterBoot,
+};
 use super::robot::VirtualRobot;
 use super::safety::Signal;
 use super::settings::{BootSettings, SimulationType};
@@ -128,8 +131,11 @@ impl VirtualRobot {
     }
 
     fn may_activate(&self) -> Result<(), Code> {
-        let is_unsafe = self.safety.stops_motion() || !self.safety.motor_power();
-        if is_unsafe || self.error == Code::DRIVE_COMMUNICATION {
+        let is_stopped = match self.settings.readings.released_stop_while_deactivated {
+            ReleasedStopWhileDeactivated::AllowsActivation => self.safety.any_present(),
+            ReleasedStopWhileDeactivated::NeedsResume => self.safety.stops_motion(),
+        };
+        if is_stopped || !self.safety.motor_power() || self.error == Code::DRIVE_COMMUNICATION {
             return Err(Code::ACTIVATION_FAILED);
         }
         let strict =
@@ -358,6 +364,9 @@ impl VirtualRobot {
 
     fn boot(&mut self) {
         self.safety = self.safety.after_boot(&self.settings.readings);
+        if self.settings.readings.timestamp_after_boot == TimestampAfterBoot::Restarts {
+            self.timestamp_origin = self.now;
+        }
         self.lifecycle = Lifecycle::Booting;
         self.lifecycle_total_ns = nanos(self.settings.times.boot);
         self.lifecycle_left_ns = self.lifecycle_total_ns;

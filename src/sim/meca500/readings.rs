@@ -203,6 +203,14 @@ readings! {
         /// Resets the stop; a second rising edge resumes.
         ResetsOnly,
     }
+    29
+    /// A released P-Stop 2 or a dropped connection that was not reset, while deactivated.
+    released_stop_while_deactivated: ReleasedStopWhileDeactivated {
+        /// Does not keep the robot from being activated; ResumeMotion resets it afterwards.
+        AllowsActivation,
+        /// Keeps the robot from being activated until ResumeMotion has reset it.
+        NeedsResume,
+    }
     30
     /// Paused in error mode, and until ResumeMotion after it.
     paused_in_error_mode: PausedInErrorMode {
@@ -258,6 +266,14 @@ readings! {
         Counted,
         /// Do not.
         NotCounted,
+    }
+    36
+    /// RobotTimestamp after a boot; its reference is arbitrary.
+    timestamp_after_boot: TimestampAfterBoot {
+        /// Counts from 0 again.
+        Restarts,
+        /// Goes on.
+        Continues,
     }
     38
     /// Homed, in recovery mode with an activated robot that was not homed.

@@ -54,6 +54,8 @@ pub struct VirtualRobot {
     pub(super) motion_settings: MotionSettings,
 
     pub(super) now: Instant,
+    /// Where RobotTimestamp counts from.
+    pub(super) timestamp_origin: Instant,
     pub(super) rtc_set_at: (Instant, u64),
 
     pub(super) lifecycle: Lifecycle,
@@ -110,6 +112,7 @@ impl VirtualRobot {
             boot: BootSettings::default(),
             motion_settings,
             now: Instant::ZERO,
+            timestamp_origin: Instant::ZERO,
             rtc_set_at: (Instant::ZERO, IMAGE_DATE_S),
             lifecycle: Lifecycle::Deactivated,
             lifecycle_left_ns: 0,
