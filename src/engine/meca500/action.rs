@@ -106,9 +106,10 @@ impl Action {
             Self::Reboot => &[Step::Send(Internal::Reboot), Step::AwaitReboot],
             Self::ClearHoming => &[Step::Send(Internal::ClearHoming)],
             Self::BringUp => &[
-                // A released P-Stop 2 may keep the robot from being activated.
+                // A released P-Stop 2 may keep the robot from being activated, or homed.
                 Step::ResetStops,
                 Step::Activate,
+                Step::ResetStops,
                 Step::Home { or_recovery: true },
                 Step::Resume { always: false },
             ],

@@ -37,7 +37,7 @@ pub(super) enum Step {
         or_recovery: bool,
     },
     ResetError,
-    /// An edge of ResumeMotion that resets what it can, before activation.
+    /// An edge of ResumeMotion that resets what it can, before activation or homing.
     ResetStops,
     Resume {
         always: bool,
@@ -104,7 +104,10 @@ impl Step {
             Self::Deactivate => !inputs.activated() && !inputs.busy(),
             Self::Home { or_recovery } => inputs.homed() || or_recovery && inputs.recovery(),
             Self::ResetError => inputs.error_code == 0,
-            Self::ResetStops => inputs.activated() || inputs.resettable_stops().is_empty(),
+            Self::ResetStops => {
+                let up = inputs.activated() && (inputs.homed() || inputs.recovery());
+                up || inputs.resettable_stops().is_empty()
+            }
             Self::Resume { .. } => !inputs.paused(),
             Self::Simulation(on) => inputs.robot.contains(RobotStatusFlags::SIM_ACTIVATED) == on,
             Self::Recovery(on) => inputs.recovery() == on,
@@ -272,7 +275,7 @@ impl<const QUEUE: usize> Engine<QUEUE> {
                 }
                 match step {
                     Step::Resume { .. } => self.hold_resume(inputs, fresh, resets),
-                    // Whether a deactivated robot listens is not stated: activation will tell.
+                    // Whether the robot listens before it is ready is not stated: the next step will tell.
                     Step::ResetStops if fresh >= self.config.edge_hold_cycles.max(1) => {
                         Progress::Done
                     }

@@ -13,9 +13,8 @@
 use bitflags::bitflags;
 
 use super::event::RobotEvent;
-use super::lifecycle::Lifecycle;
 use super::readings::{
-    PStop2Cleared, PStop2Paused, PausedInErrorMode, RefusalCode, ReleasedStopWhileDeactivated,
+    PStop2Cleared, PStop2Paused, PausedInErrorMode, RefusalCode, ReleasedStopBeforeReady,
     ResetBeforeReady, ResumeAfterSafetyStop,
 };
 use super::robot::VirtualRobot;
@@ -115,9 +114,9 @@ impl VirtualRobot {
     ///
     /// 1005, 1006 or 1011; 1040 while a safety signal is present.
     pub fn resume_motion(&mut self) -> Result<(), Code> {
-        if self.lifecycle == Lifecycle::Deactivated
-            && self.settings.readings.released_stop_while_deactivated
-                == ReleasedStopWhileDeactivated::NeedsResume
+        if self.ready_for_motion().is_err()
+            && self.settings.readings.released_stop_before_ready
+                == ReleasedStopBeforeReady::NeedsResume
             && !self.safety.any_present()
             && self.safety.reset_by_resume()
         {

@@ -17,8 +17,8 @@ use super::kinematics::Joints;
 use super::motion::JointState;
 use super::motion_settings::MotionSettings;
 use super::readings::{
-    ActivationFailureCode, ActivationOutsideLimits, PausedAfterActivation,
-    ReleasedStopWhileDeactivated, TimestampAfterBoot,
+    ActivationFailureCode, ActivationOutsideLimits, PausedAfterActivation, ReleasedStopBeforeReady,
+    TimestampAfterBoot,
 };
 use super::robot::VirtualRobot;
 use super::safety::Signal;
@@ -130,12 +130,19 @@ impl VirtualRobot {
         Ok(())
     }
 
+    /// Whether a safety signal stands between the robot and being activated and homed.
+    fn is_kept_from_readiness(&self) -> bool {
+        match self.settings.readings.released_stop_before_ready {
+            ReleasedStopBeforeReady::KeepsNothing => self.safety.any_present(),
+            ReleasedStopBeforeReady::NeedsResume => self.safety.stops_motion(),
+        }
+    }
+
     fn may_activate(&self) -> Result<(), Code> {
-        let is_stopped = match self.settings.readings.released_stop_while_deactivated {
-            ReleasedStopWhileDeactivated::AllowsActivation => self.safety.any_present(),
-            ReleasedStopWhileDeactivated::NeedsResume => self.safety.stops_motion(),
-        };
-        if is_stopped || !self.safety.motor_power() || self.error == Code::DRIVE_COMMUNICATION {
+        if self.is_kept_from_readiness()
+            || !self.safety.motor_power()
+            || self.error == Code::DRIVE_COMMUNICATION
+        {
             return Err(Code::ACTIVATION_FAILED);
         }
         let strict =
@@ -211,7 +218,7 @@ impl VirtualRobot {
         if self.error != Code(0) {
             return Err(Code::IN_ERROR);
         }
-        if self.safety.stops_motion() || self.is_moving() {
+        if self.is_kept_from_readiness() || self.is_moving() {
             return Err(Code::COMMAND_FAILED);
         }
         let joints = self.follower.state().position;

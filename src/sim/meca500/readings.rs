@@ -204,11 +204,12 @@ readings! {
         ResetsOnly,
     }
     29
-    /// A released P-Stop 2 or a dropped connection that was not reset, while deactivated.
-    released_stop_while_deactivated: ReleasedStopWhileDeactivated {
-        /// Does not keep the robot from being activated; ResumeMotion resets it afterwards.
-        AllowsActivation,
-        /// Keeps the robot from being activated until ResumeMotion has reset it.
+    /// A released P-Stop 2 or a dropped connection that was not reset, while the robot is not
+    /// activated and homed.
+    released_stop_before_ready: ReleasedStopBeforeReady {
+        /// Does not keep the robot from becoming so; ResumeMotion resets it afterwards.
+        KeepsNothing,
+        /// Keeps the robot from it until ResumeMotion has reset it, which it then does in any state.
         NeedsResume,
     }
     30
