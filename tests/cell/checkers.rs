@@ -197,9 +197,11 @@ impl PlcChecker {
         // An edge may be spent on a safety signal; motion then needs one of its own.
         let paused = inputs.motion_status.flags.contains(MotionStatusFlags::PAUSED);
         let stops = inputs.safety_status.signals.get();
-        let activated = robot.contains(RobotStatusFlags::ACTIVATED);
+        // Before the robot is ready nothing confirms an edge that only resets signals.
+        let ready = robot.contains(RobotStatusFlags::ACTIVATED)
+            && robot.intersects(RobotStatusFlags::HOMED | RobotStatusFlags::RECOVERY_MODE);
         let spent = stops != self.stops_at_resume;
-        if self.resume_before && !resume(motion) && activated && paused && !spent {
+        if self.resume_before && !resume(motion) && ready && paused && !spent {
             return Err("ResumeMotion released while still paused".into());
         }
         Ok(())
@@ -221,6 +223,7 @@ fn resume(motion: MotionControlFlags) -> bool {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct RobotWitness {
     echo_before: u16,
+    acknowledged: Vec<(u32, [u32; 6])>,
     accepted: Vec<(u32, [u32; 6])>,
 }
 
@@ -238,9 +241,23 @@ impl RobotWitness {
             && echo != self.echo_before;
         self.echo_before = echo;
         let command = Command::of(outputs);
-        if taken && command.id != 0 {
+        if !taken || command.id == 0 {
+            return;
+        }
+        self.acknowledged.push((command.id, command.argument_bits));
+        // Acknowledging what it refuses is one reading; a robot that is not ready refuses.
+        let robot = inputs.robot_status.flags.get();
+        let ready = robot.contains(RobotStatusFlags::ACTIVATED)
+            && robot.intersects(RobotStatusFlags::HOMED | RobotStatusFlags::RECOVERY_MODE)
+            && inputs.robot_status.error_code.get() == 0;
+        if ready {
             self.accepted.push((command.id, command.argument_bits));
         }
+    }
+
+    /// Everything the robot returned the MoveID of, refused or not.
+    pub(crate) fn acknowledged(&self) -> &[(u32, [u32; 6])] {
+        &self.acknowledged
     }
 
     /// Everything the robot took, in order: command ID and the bits of its arguments.

@@ -68,18 +68,14 @@ fn heal(cell: &mut Cell) {
     cell.robot().panel().release_e_stop();
     cell.robot().panel().release_p_stop2();
     cell.robot().panel().switch_on();
-    let mut waited = 0_u64;
     cell.until("end of all tickets and actions", 200_000, |cell| {
         if cell.engine.undecided() {
             cell.engine.proceed();
         }
-        waited += 1;
         let status = cell.engine.status();
         let connected = status.phase == ConnectionPhase::Connected;
         if connected && !status.ready && !status.acting && !status.velocity_mode {
-            if waited % 50 == 0 {
-                cell.robot().panel().press_reset();
-            }
+            cell.robot().panel().press_reset();
             let action = if status.error.is_set() { Action::Recover } else { Action::BringUp };
             let _ = cell.engine.request(action);
         }
