@@ -2,4 +2,6 @@
 //!
 //! Source: PM, the programming manual MC-PM-MECA500 for firmware 11.3.
 
+pub mod command;
 pub mod image;
+pub mod revision;
