@@ -2,6 +2,8 @@
 //!
 //! Source: PM, the programming manual MC-PM-MECA500 for firmware 11.3.
 
+pub mod code;
 pub mod command;
+pub mod dynamic;
 pub mod image;
 pub mod revision;

@@ -56,6 +56,7 @@ macro_rules! coded {
         }
     };
 }
+pub(in crate::wire::meca500) use coded;
 
 /// Position and orientation of one frame with respect to another, or a step of both.
 ///

@@ -41,4 +41,4 @@ pub use table::{COMMANDS, MODEL_JOINT_LIMITS};
 pub use unit::Unit;
 pub use velocity::{NotAVelocityCommand, VelocityCommand};
 
-pub(in crate::wire::meca500) use arguments::exact_integer;
+pub(in crate::wire::meca500) use arguments::{coded, exact_integer};
