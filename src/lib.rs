@@ -13,9 +13,16 @@
 #[cfg(feature = "sim")]
 extern crate alloc;
 #[cfg(feature = "std")]
+#[macro_use]
 extern crate std;
 
+#[cfg(feature = "cli")]
+pub mod cli;
 pub mod cycle;
+#[cfg(feature = "std")]
+pub mod link;
+#[cfg(feature = "std")]
+pub mod run;
 #[cfg(feature = "sim")]
 pub mod sim;
 pub mod time;
