@@ -7,3 +7,4 @@ pub mod command;
 pub mod dynamic;
 pub mod image;
 pub mod revision;
+pub mod text;

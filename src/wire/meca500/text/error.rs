@@ -1,0 +1,133 @@
+//! What is wrong with a line, and where.
+
+use super::spec::TextCommandSpec;
+use crate::wire::meca500::command::{ArgumentCount, ArgumentError};
+
+/// A line that is not a command of the robot.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("{reason}")]
+pub struct SyntaxError<'a> {
+    /// Column of the offending text in characters, from 1.
+    pub column: usize,
+    /// The same place in bytes, from 0.
+    pub offset: usize,
+    /// What is wrong there.
+    pub reason: SyntaxErrorReason<'a>,
+}
+
+/// What is wrong with a line. Where the robot would answer with a code, it is 1001 for a name, 1002
+/// for a missing symbol and 1003 for an argument.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum SyntaxErrorReason<'a> {
+    /// The line does not begin with a name.
+    #[error("a command's name is expected here, not `{found}`")]
+    NoName {
+        /// What is there.
+        found: &'a str,
+    },
+    /// No command has this name.
+    #[error("there is no command `{name}`{}{}{}",
+        if .suggestion.is_some() { "; did you mean `" } else { "" },
+        .suggestion.unwrap_or(""),
+        if .suggestion.is_some() { "`?" } else { "" })]
+    UnknownCommand {
+        /// The name.
+        name: &'a str,
+        /// The closest known one.
+        suggestion: Option<&'static str>,
+    },
+    /// Something follows the name that is not a parenthesis.
+    #[error("`(` is missing after {command}")]
+    MissingOpeningParenthesis {
+        /// The command.
+        command: &'static str,
+    },
+    /// The line ends within the parentheses.
+    #[error("`)` is missing at the end of {command}")]
+    MissingClosingParenthesis {
+        /// The command.
+        command: &'static str,
+    },
+    /// Two arguments without a comma between them.
+    #[error("a comma is missing before `{found}`")]
+    MissingComma {
+        /// The second of them.
+        found: &'a str,
+    },
+    /// Nothing between two commas.
+    #[error("an argument is missing here")]
+    EmptyArgument,
+    /// A quotation mark without its counterpart.
+    #[error("the closing quotation mark is missing")]
+    UnterminatedText,
+    /// Text after the closing parenthesis.
+    #[error("nothing may follow the command, but `{found}` does")]
+    TrailingText {
+        /// The text.
+        found: &'a str,
+    },
+    /// Too few or too many arguments.
+    #[error("{command} takes {expected}, not {given}")]
+    ArgumentCount {
+        /// The command.
+        command: &'static str,
+        /// How many it takes.
+        expected: ArgumentCount,
+        /// How many there are.
+        given: usize,
+    },
+    /// An argument that must be a number and is not.
+    #[error("{command}: {argument} must be a number, not `{found}`")]
+    NotANumber {
+        /// The command.
+        command: &'static str,
+        /// The argument.
+        argument: &'static str,
+        /// What is there.
+        found: &'a str,
+    },
+    /// A number out of its range.
+    #[error(transparent)]
+    OutOfRange(#[from] ArgumentError),
+    /// A large integer out of its range, or not an integer.
+    #[error("{command}: {argument} = {found}, allowed: an integer from {min} to {max}")]
+    WholeOutOfRange {
+        /// The command.
+        command: &'static str,
+        /// The argument.
+        argument: &'static str,
+        /// What is there.
+        found: &'a str,
+        /// Lowest value.
+        min: u32,
+        /// Highest value.
+        max: u32,
+    },
+    /// A text that is too long.
+    #[error("{command}: {argument} may have {max_chars} characters at most")]
+    TextTooLong {
+        /// The command.
+        command: &'static str,
+        /// The argument.
+        argument: &'static str,
+        /// Most characters.
+        max_chars: u16,
+    },
+}
+
+impl<'a> SyntaxErrorReason<'a> {
+    /// The error at a byte offset of a line.
+    pub(super) fn at(self, line: &str, offset: usize) -> SyntaxError<'a> {
+        SyntaxError { column: column_of(line, offset), offset, reason: self }
+    }
+
+    /// A wrong number of arguments.
+    pub(super) fn count(spec: &TextCommandSpec, expected: ArgumentCount, given: usize) -> Self {
+        Self::ArgumentCount { command: spec.name, expected, given }
+    }
+}
+
+/// Column of a byte offset in characters, from 1.
+pub(super) fn column_of(line: &str, offset: usize) -> usize {
+    line.char_indices().take_while(|(start, _)| *start < offset).count() + 1
+}

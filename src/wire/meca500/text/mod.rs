@@ -1,0 +1,42 @@
+//! The robot's text commands: one a line, as programs and TCP clients write them.
+//!
+//! Read [`TEXT_COMMANDS`] first: one row for each command, with its arguments and with what stands
+//! for it in the cyclic image ([`CyclicEquivalent`]). [`parse_line`] reads a line against that table;
+//! [`Statement::parse`] goes on to what a program may do over a cyclic bus.
+//!
+//! ```text
+//! line --parse_line--> ParsedCommand --Statement::parse--> Statement --> MotionCommand, actions
+//!         |                                  |
+//!    SyntaxError                        ProgramError      (both with a column)
+//! ```
+//!
+//! The language, as far as the manual tells: `Name(argument, argument)`; parentheses may be left out
+//! where there are no arguments; a dash before the name keeps the command out of the robot's log.
+//! `//` and `#` begin a comment, which is a habit of program files and nothing the robot reads.
+//! Names are compared exactly; whether the robot minds their case is not stated.
+//!
+//! Invariants: no line makes the parser panic; a number that passed is finite and in the range of
+//! [`COMMANDS`](super::command::COMMANDS); an error's column is that of the offending text.
+//!
+//! Left out: the answers of the robot, which are codes (see [`code`](super::code)).
+
+mod accessory;
+mod control;
+mod data;
+mod error;
+mod motion;
+mod names;
+mod parse;
+mod program;
+mod real_time;
+mod spec;
+mod variable;
+mod work_zone;
+
+pub use error::{SyntaxError, SyntaxErrorReason};
+pub use parse::{Argument, Arguments, ParsedCommand, Value, parse_line};
+pub use program::{ProgramError, ProgramErrorReason, Statement};
+pub use spec::{
+    Category, CyclicEquivalent, InputSection, MotionControlBit, RobotControlBit, TEXT_COMMANDS,
+    TextArgumentKind, TextArgumentSpec, TextCommandSpec, Timing,
+};

@@ -1,0 +1,41 @@
+//! Motion commands.
+
+use super::spec::{Category, TextCommandSpec, Timing, queued, unavailable};
+use crate::wire::meca500::command::MotionCommandId as Id;
+
+pub(super) const COMMANDS: &[TextCommandSpec] = &[
+    queued("Delay", Category::Motion, Id::DELAY, 1989),
+    queued("MoveJoints", Category::Motion, Id::MOVE_JOINTS, 2013),
+    queued("MoveJointsRel", Category::Motion, Id::MOVE_JOINTS_REL, 2042),
+    queued("MoveJointsVel", Category::Motion, Id::MOVE_JOINTS_VEL, 2068),
+    unavailable("MoveJump", Category::Motion, Timing::Queued, 2100),
+    queued("MoveLin", Category::Motion, Id::MOVE_LIN, 2104),
+    queued("MoveLinRelTrf", Category::Motion, Id::MOVE_LIN_REL_TRF, 2140),
+    queued("MoveLinRelWrf", Category::Motion, Id::MOVE_LIN_REL_WRF, 2167),
+    queued("MoveLinVelTrf", Category::Motion, Id::MOVE_LIN_VEL_TRF, 2192),
+    queued("MoveLinVelWrf", Category::Motion, Id::MOVE_LIN_VEL_WRF, 2221),
+    queued("MovePose", Category::Motion, Id::MOVE_POSE, 2250),
+    queued("SetAutoConf", Category::Motion, Id::SET_AUTO_CONF, 2281),
+    queued("SetAutoConfTurn", Category::Motion, Id::SET_AUTO_CONF_TURN, 2311),
+    queued("SetBlending", Category::Motion, Id::SET_BLENDING, 2339),
+    queued("SetCartAcc", Category::Motion, Id::SET_CART_ACC, 2371),
+    queued("SetCartAngVel", Category::Motion, Id::SET_CART_ANG_VEL, 2405),
+    queued("SetCartLinVel", Category::Motion, Id::SET_CART_LIN_VEL, 2437),
+    queued("SetCheckpoint", Category::Motion, Id::SET_CHECKPOINT, 2469),
+    queued("SetConf", Category::Motion, Id::SET_CONF, 2505),
+    queued("SetConfTurn", Category::Motion, Id::SET_CONF_TURN, 2537),
+    queued("SetJointAcc", Category::Motion, Id::SET_JOINT_ACC, 2575),
+    queued("SetJointVel", Category::Motion, Id::SET_JOINT_VEL, 2609),
+    queued("SetJointVelLimit", Category::Motion, Id::SET_JOINT_VEL_LIMIT, 2651),
+    queued("SetMoveDuration", Category::Motion, Id::SET_MOVE_DURATION, 2685),
+    queued("SetMoveDurationCfg", Category::Motion, Id::SET_MOVE_DURATION_CFG, 2715),
+    unavailable("SetMoveJumpApproachVel", Category::Motion, Timing::Queued, 2752),
+    unavailable("SetMoveJumpHeight", Category::Motion, Timing::Queued, 2760),
+    queued("SetMoveMode", Category::Motion, Id::SET_MOVE_MODE, 2768),
+    queued("SetPayload", Category::Motion, Id::SET_PAYLOAD, 2800),
+    queued("SetTorqueLimits", Category::Motion, Id::SET_TORQUE_LIMITS, 2840),
+    queued("SetTorqueLimitsCfg", Category::Motion, Id::SET_TORQUE_LIMITS_CFG, 2879),
+    queued("SetTrf", Category::Motion, Id::SET_TRF, 2921),
+    queued("SetVelTimeout", Category::Motion, Id::SET_VEL_TIMEOUT, 2950),
+    queued("SetWrf", Category::Motion, Id::SET_WRF, 2982),
+];
