@@ -5,12 +5,13 @@ use std::path::{Path, PathBuf};
 use std::prelude::v1::*;
 use std::{fs, io};
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use serde_json::Value;
 
 use super::exit::Failure;
 use super::grid::{Format, Grid, print, real};
 use super::hex;
+use super::order::OrderName;
 use crate::wire::meca500::code::Code;
 use crate::wire::meca500::command::MotionCommandId;
 use crate::wire::meca500::dynamic::{DynamicType, DynamicTypeSpec};
@@ -35,38 +36,14 @@ pub(super) struct DecodeArgs {
     #[arg(long)]
     output: bool,
     /// Byte order of integers and Reals.
-    #[arg(long, value_enum, default_value_t = DecodeOrder::Big)]
-    byte_order: DecodeOrder,
+    #[arg(long, value_enum, default_value_t = OrderName::Big)]
+    byte_order: OrderName,
     /// Comma-separated values, with a header line.
     #[arg(long, conflicts_with = "json")]
     csv: bool,
     /// JSON: an array with one object a field.
     #[arg(long)]
     json: bool,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum DecodeOrder {
-    /// Integers and Reals big-endian, as the manual says.
-    Big,
-    /// Integers and Reals little-endian, as seen on EtherCAT.
-    Little,
-    /// Integers big-endian, Reals little-endian.
-    BigIntLittleReal,
-    /// Integers little-endian, Reals big-endian.
-    LittleIntBigReal,
-}
-
-impl From<DecodeOrder> for ByteOrder {
-    fn from(order: DecodeOrder) -> Self {
-        let (big, little) = (Self::BIG, Self::LITTLE);
-        match order {
-            DecodeOrder::Big => big,
-            DecodeOrder::Little => little,
-            DecodeOrder::BigIntLittleReal => Self { integers: big.integers, reals: little.reals },
-            DecodeOrder::LittleIntBigReal => Self { integers: little.integers, reals: big.reals },
-        }
-    }
 }
 
 pub(super) fn run(args: &DecodeArgs) -> Result<(), Failure> {

@@ -8,7 +8,15 @@ mod decode;
 mod exit;
 mod grid;
 mod hex;
+mod order;
+mod plots;
+pub mod report;
+mod run_program;
+mod summary;
 mod table;
+mod virtual_robot;
+mod watch;
+mod wording;
 
 use std::prelude::v1::*;
 use std::process::ExitCode;
@@ -27,6 +35,7 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Run(run_program::RunArgs),
     Table(table::TableArgs),
     Decode(decode::DecodeArgs),
 }
@@ -35,6 +44,7 @@ enum Command {
 #[must_use]
 pub fn main() -> ExitCode {
     let done = match Cli::parse().command {
+        Command::Run(args) => run_program::run(&args),
         Command::Table(args) => table::run(&args).map(|()| Exit::Done),
         Command::Decode(args) => decode::run(&args).map(|()| Exit::Done),
     };

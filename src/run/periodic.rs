@@ -72,15 +72,18 @@ pub struct Periodic<L, P> {
     outputs: Vec<u8>,
     inputs: Vec<u8>,
     statistics: CycleStatistics,
+    first_cycle: Instant,
 }
 
 impl<L: CyclicLink, P: Pace> Periodic<L, P> {
     /// A loop with the given `period` for a controller of type `C`; all memory is taken here.
     #[must_use]
     pub fn new<C: Controller>(link: L, pace: P, period: Duration) -> Self {
+        let first_cycle = pace.start();
         Self {
             link,
-            grid: Grid::new(pace.start(), period),
+            grid: Grid::new(first_cycle, period),
+            first_cycle,
             pace,
             clock: MonotonicClock::new(),
             outputs: vec![0; C::OUTPUT_LEN],
@@ -124,6 +127,12 @@ impl<L: CyclicLink, P: Pace> Periodic<L, P> {
             self.link.exchange(beginning.at, &self.outputs, &mut self.inputs)?;
         }
         Ok(())
+    }
+
+    /// When the first cycle was due.
+    #[must_use]
+    pub const fn first_cycle(&self) -> Instant {
+        self.first_cycle
     }
 
     /// The newest inputs.
