@@ -19,6 +19,7 @@ extern crate std;
 #[cfg(feature = "cli")]
 pub mod cli;
 pub mod cycle;
+pub mod engine;
 #[cfg(feature = "std")]
 pub mod link;
 #[cfg(feature = "std")]

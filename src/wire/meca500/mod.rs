@@ -8,3 +8,5 @@ pub mod dynamic;
 pub mod image;
 pub mod revision;
 pub mod text;
+
+pub use revision::Revision;

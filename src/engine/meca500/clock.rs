@@ -1,0 +1,64 @@
+//! The robot's clock as a witness: it goes back when the robot rebooted, and only then for long.
+//!
+//! ```text
+//! steady --odd value--> suspect (inputs not trusted) --again, consistent--> steady (rebooted / jumped)
+//!   ^------------------------back on time-------------------|
+//! ```
+//!
+//! A single frame that comes late, or carries a flipped bit, must not look like a reboot, so an odd
+//! value has to repeat itself consistently before it counts.
+
+use crate::time::{Duration, Instant};
+
+/// Tolerated difference between the robot's clock and ours since the last trusted image.
+const SLACK: Duration = Duration::from_secs(10);
+
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct RobotClock {
+    trusted: Option<(u64, Instant)>,
+    candidate_us: u64,
+    suspicions: u8,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum ClockVerdict {
+    /// As it should be.
+    Steady,
+    /// Odd, once: do not trust this image.
+    Suspect,
+    /// It went back for good.
+    WentBack,
+}
+
+impl RobotClock {
+    pub(super) fn see(&mut self, clock_us: u64, now: Instant, confirm: u8) -> ClockVerdict {
+        let Some((last_us, at)) = self.trusted else {
+            self.trusted = Some((clock_us, now));
+            return ClockVerdict::Steady;
+        };
+        let passed = now.saturating_duration_since(at).saturating_add(SLACK);
+        let slack_us = u64::try_from(passed.as_micros()).unwrap_or(u64::MAX);
+        let on_time = |from: u64| clock_us >= from && clock_us.saturating_sub(from) <= slack_us;
+        if on_time(last_us) {
+            self.trusted = Some((clock_us, now));
+            self.suspicions = 0;
+            return ClockVerdict::Steady;
+        }
+        let consistent = self.suspicions > 0 && on_time(self.candidate_us);
+        self.suspicions = if consistent { self.suspicions.saturating_add(1) } else { 1 };
+        self.candidate_us = clock_us;
+        if self.suspicions < confirm.max(1) {
+            return ClockVerdict::Suspect;
+        }
+        self.suspicions = 0;
+        self.trusted = Some((clock_us, now));
+        if clock_us < last_us { ClockVerdict::WentBack } else { ClockVerdict::Steady }
+    }
+
+    /// Something to start numbers from that differs between two runs.
+    pub(super) fn seed(&self) -> u16 {
+        let us = self.trusted.map_or(0, |(us, _)| us);
+        let mixed = (us ^ (us >> 17)).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        (mixed >> 48) as u16
+    }
+}

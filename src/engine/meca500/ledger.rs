@@ -1,0 +1,325 @@
+//! What the robot has taken and not finished: every queued command in order, and the checkpoints
+//! that will tell that they are finished.
+//!
+//! ```text
+//!   polled  |  settled, not polled  |  live: on the robot            |
+//!           ^ entries.front()       ^ settled                        ^ next
+//!   automatic checkpoints:            7003 -> boundary  7004 -> boundary
+//! ```
+//!
+//! An automatic checkpoint stands for all entries below its boundary; a user checkpoint is an entry
+//! itself. Reaching either settles everything below it as done.
+//!
+//! Invariants: the numbers of outstanding automatic checkpoints are consecutive in their range and
+//! all differ, also from the one reached last; `settled` only grows; work in a cycle is constant
+//! except for a changed user number (a search of [`LEDGER`] entries at most) and for dropping the
+//! checkpoints a reached one has passed (each dropped once).
+//!
+//! Left out: why commands are lost (abort.rs decides), and the tickets of instantaneous commands,
+//! which never enter.
+
+use super::config::{CheckpointPolicy, CheckpointRange};
+use super::event::{Events, Item, UnknownCause, Verdict};
+use super::ring::Ring;
+use super::ticket::Ticket;
+
+/// Commands that may be unfinished on the robot, or finished and not polled.
+pub(super) const LEDGER: usize = 256;
+
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Entry {
+    pub(super) ticket: Ticket,
+    /// Number of a user checkpoint, until its event was polled.
+    pub(super) checkpoint: Option<u16>,
+    /// Whether the manual leaves open if the command waits in the queue at all.
+    pub(super) kind_open: bool,
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct Ledger {
+    entries: Ring<Entry, LEDGER>,
+    /// Index of the entry to come.
+    next: u32,
+    /// Entries below are settled.
+    settled: u32,
+    /// Entries below were reached by a checkpoint.
+    reached_through: u32,
+    /// Entries below (and not settled) may have been dropped by the robot without a trace.
+    tainted: u32,
+    /// Entries below were said to have started.
+    started: u32,
+    /// Boundaries of the outstanding automatic checkpoints.
+    marks: Ring<u32, LEDGER>,
+    /// Boundary of the automatic checkpoint sent last.
+    marked: u32,
+    range: CheckpointRange,
+    /// Number of the oldest outstanding automatic checkpoint.
+    first_mark: u16,
+    /// Number of the automatic checkpoint to come.
+    next_mark: u16,
+    /// Number of the checkpoint sent last, whoever asked for it.
+    last_sent: u32,
+    reached: u32,
+    discarded: u32,
+}
+
+/// Whether `index` is above `other` on the wrapping count.
+fn above(index: u32, other: u32) -> bool {
+    index != other && index.wrapping_sub(other) < u32::MAX / 2
+}
+
+/// What a change of CheckpointReached means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Reached {
+    /// Nothing new, or only the engine's own.
+    Known,
+    /// A number nobody sent through this engine (an offline program's).
+    Foreign(u16),
+}
+
+impl Ledger {
+    pub(super) fn new(range: CheckpointRange) -> Self {
+        let range = range.usable();
+        Self {
+            entries: Ring::new(),
+            next: 0,
+            settled: 0,
+            reached_through: 0,
+            tainted: 0,
+            started: 0,
+            marks: Ring::new(),
+            marked: 0,
+            range,
+            first_mark: range.first,
+            next_mark: range.first,
+            last_sent: 0,
+            reached: 0,
+            discarded: 0,
+        }
+    }
+
+    pub(super) const fn range(&self) -> CheckpointRange {
+        self.range
+    }
+
+    fn size(&self) -> u16 {
+        self.range.last - self.range.first + 1
+    }
+
+    /// The number `steps` after `number` in the range.
+    fn ahead(&self, number: u16, steps: u16) -> u16 {
+        let offset = u32::from(number.saturating_sub(self.range.first)) + u32::from(steps);
+        let offset = u16::try_from(offset % u32::from(self.size())).unwrap_or(0);
+        self.range.first + offset
+    }
+
+    /// Commands on the robot that are not finished.
+    pub(super) fn live(&self) -> u32 {
+        self.next.wrapping_sub(self.settled)
+    }
+
+    /// Live commands without an automatic checkpoint behind them.
+    pub(super) fn unmarked(&self) -> u32 {
+        self.next.wrapping_sub(self.marked).min(self.live())
+    }
+
+    pub(super) fn is_full(&self) -> bool {
+        self.entries.free() == 0
+    }
+
+    /// Whether one more automatic checkpoint can be told from the others.
+    pub(super) fn can_mark(&self) -> bool {
+        self.marks.free() > 0 && self.marks.len() + 1 < usize::from(self.size())
+    }
+
+    /// Whether a checkpoint of the engine must go before anything else: the policy asks for it, or a
+    /// user checkpoint `upcoming` would repeat the number before it, which nobody could see reached.
+    pub(super) fn mark_due(&self, policy: CheckpointPolicy, upcoming: Option<u16>) -> bool {
+        let unmarked = self.unmarked();
+        let by_policy = match policy {
+            CheckpointPolicy::EachCommand => unmarked > 0,
+            CheckpointPolicy::Every(count) => unmarked >= u32::from(count.max(1)),
+            CheckpointPolicy::WhenEmpty => unmarked >= LEDGER as u32 - 1,
+        };
+        by_policy || upcoming.is_some_and(|number| u32::from(number) == self.last_sent)
+    }
+
+    /// Takes the number of a new automatic checkpoint; call it when the checkpoint is sent, so that
+    /// numbers stay consecutive whatever becomes of it.
+    pub(super) fn mark(&mut self) -> u16 {
+        let number = self.next_mark;
+        if self.marks.is_empty() {
+            self.first_mark = number;
+        }
+        self.marks.push(self.next);
+        self.marked = self.next;
+        self.next_mark = self.ahead(number, 1);
+        self.last_sent = number.into();
+        number
+    }
+
+    /// Notes that the robot took a queued command.
+    pub(super) fn accept(&mut self, entry: Entry) {
+        if let Some(number) = entry.checkpoint {
+            self.last_sent = number.into();
+        }
+        if self.entries.push(entry) {
+            self.next = self.next.wrapping_add(1);
+        }
+    }
+
+    /// Starts from what the robot shows at the first connection. Its queue may still hold
+    /// checkpoints of an earlier run of the PLC: numbers then start half a range away from the one
+    /// shown, out of reach of the at most [`LEDGER`] the earlier run could have left.
+    pub(super) fn adopt(&mut self, reached: u32, discarded: u32, queue_is_empty: bool, seed: u16) {
+        self.reached = reached;
+        self.discarded = discarded;
+        self.last_sent = reached;
+        if !self.marks.is_empty() {
+            return;
+        }
+        let shown = u16::try_from(reached).ok().filter(|number| self.range.contains(*number));
+        self.next_mark = match (shown, queue_is_empty) {
+            (Some(number), true) => self.ahead(number, 1),
+            (None, true) => self.range.first,
+            (Some(number), false) => self.ahead(number, self.size() / 2),
+            (None, false) => self.ahead(self.range.first, seed % self.size()),
+        };
+    }
+
+    /// Takes CheckpointReached of this cycle.
+    pub(super) fn see_reached(&mut self, number: u32) -> Reached {
+        if number == self.reached {
+            return Reached::Known;
+        }
+        self.reached = number;
+        let Ok(short) = u16::try_from(number) else { return Reached::Known };
+        if short == 0 {
+            return Reached::Known;
+        }
+        if self.range.contains(short) {
+            if let Some(boundary) = self.mark_position(short).and_then(|at| self.marks.get(at)) {
+                self.reach(boundary);
+            }
+            return Reached::Known;
+        }
+        match self.find_user(short) {
+            Some(index) => {
+                self.reach(index.wrapping_add(1));
+                Reached::Known
+            }
+            None => Reached::Foreign(short),
+        }
+    }
+
+    fn reach(&mut self, boundary: u32) {
+        if above(boundary, self.reached_through) {
+            self.reached_through = boundary;
+        }
+    }
+
+    /// Takes CheckpointDiscarded of this cycle; true if a checkpoint of ours was discarded.
+    pub(super) fn see_discarded(&mut self, number: u32) -> bool {
+        if number == self.discarded {
+            return false;
+        }
+        self.discarded = number;
+        let Ok(short) = u16::try_from(number) else { return false };
+        if self.range.contains(short) {
+            self.mark_position(short).is_some()
+        } else {
+            short != 0 && self.find_user(short).is_some()
+        }
+    }
+
+    /// Place of an outstanding automatic checkpoint.
+    fn mark_position(&self, number: u16) -> Option<usize> {
+        let size = u32::from(self.size());
+        let offset = (u32::from(number) + size - u32::from(self.first_mark)) % size;
+        usize::try_from(offset).ok().filter(|offset| *offset < self.marks.len())
+    }
+
+    /// Index of the oldest live user checkpoint with this number.
+    fn find_user(&self, number: u16) -> Option<u32> {
+        let polled = self.next.wrapping_sub(u32::try_from(self.entries.len()).unwrap_or(0));
+        let from = self.settled.wrapping_sub(polled);
+        let from = usize::try_from(from).unwrap_or(0);
+        (from..self.entries.len())
+            .find(|at| self.entries.get(*at).is_some_and(|entry| entry.checkpoint == Some(number)))
+            .and_then(|at| u32::try_from(at).ok())
+            .map(|at| polled.wrapping_add(at))
+    }
+
+    /// Says what was reached.
+    pub(super) fn settle_reached(&mut self, events: &mut Events) {
+        if !above(self.reached_through, self.settled) {
+            return;
+        }
+        if above(self.tainted, self.settled) {
+            let upto = if above(self.tainted, self.reached_through) {
+                self.reached_through
+            } else {
+                self.tainted
+            };
+            self.settle(upto, Verdict::Unknown(UnknownCause::SafetyStop), events);
+        }
+        if above(self.reached_through, self.settled) {
+            self.settle(self.reached_through, Verdict::Done, events);
+        }
+    }
+
+    /// Says that everything live ended like this.
+    pub(super) fn settle_all(&mut self, verdict: Verdict, events: &mut Events) {
+        if self.live() > 0 {
+            self.settle(self.next, verdict, events);
+        }
+        if self.live() == 0 {
+            self.marks.clear();
+            self.marked = self.next;
+            self.reached_through = self.next;
+        }
+    }
+
+    fn settle(&mut self, upto: u32, verdict: Verdict, events: &mut Events) {
+        if !events.ticket(Item::Finish { upto, verdict }) {
+            return;
+        }
+        self.settled = upto;
+        while self.marks.front().is_some_and(|boundary| !above(boundary, upto)) {
+            self.marks.pop();
+            self.first_mark = self.ahead(self.first_mark, 1);
+        }
+    }
+
+    /// A safety stop came: what has no checkpoint on the robot may vanish without a trace.
+    pub(super) fn taint(&mut self) {
+        if self.marks.is_empty() && self.live() > 0 {
+            self.tainted = self.next;
+        }
+    }
+
+    /// The command that starts now because everything before it is finished, once.
+    pub(super) fn starting(&self) -> Option<Ticket> {
+        if self.live() == 0 || above(self.started, self.settled) {
+            return None;
+        }
+        let polled = self.next.wrapping_sub(u32::try_from(self.entries.len()).unwrap_or(0));
+        let at = usize::try_from(self.settled.wrapping_sub(polled)).ok()?;
+        self.entries.get(at).map(|entry| entry.ticket)
+    }
+
+    /// Notes that the start was said.
+    pub(super) fn started(&mut self) {
+        self.started = self.settled.wrapping_add(1);
+    }
+
+    /// The oldest entry not polled, if its index is below `upto`.
+    pub(super) fn polling(&mut self, upto: u32) -> Option<&mut Entry> {
+        let polled = self.next.wrapping_sub(u32::try_from(self.entries.len()).unwrap_or(0));
+        if above(upto, polled) { self.entries.get_mut(0) } else { None }
+    }
+
+    pub(super) fn polled(&mut self) {
+        self.entries.pop();
+    }
+}
