@@ -1,1 +1,5 @@
 //! The virtual Meca500.
+
+pub mod kinematics;
+pub mod motion;
+pub mod pose;

@@ -1,0 +1,63 @@
+//! What the robot would say on its text ports: a bounded list, read by whoever wants to.
+//!
+//! The cyclic image shows only the last of several checkpoints; here every one appears. When nobody
+//! reads, the oldest events are dropped.
+
+use alloc::collections::VecDeque;
+
+use crate::wire::meca500::code::Code;
+
+/// Events kept for a slow reader.
+const KEPT: usize = 4096;
+
+/// Something the robot did.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RobotEvent {
+    /// [3030]: a checkpoint was reached.
+    CheckpointReached(u16),
+    /// [3040]: a checkpoint will never be reached.
+    CheckpointDiscarded(u16),
+    /// A code of Table 1 put the robot in error mode.
+    Error(Code),
+    /// A code of Table 1 answered a request that was refused.
+    Refused(Code),
+    /// A severity-1 warning with the code of the error it stands beside.
+    Warning(Code),
+    /// [2042].
+    MotionPaused,
+    /// [2044].
+    MotionCleared,
+    /// [2043].
+    MotionResumed,
+    /// [2000].
+    Activated,
+    /// [2002].
+    Homed,
+    /// [2004].
+    Deactivated,
+    /// [2063]: an offline program began.
+    ProgramStarted(u16),
+    /// [3013]: an offline program ended.
+    ProgramEnded(u16),
+    /// [2051]: recovery mode reduced a requested velocity or acceleration.
+    RecoveryCap,
+}
+
+/// The list.
+#[derive(Clone, Debug, Default)]
+pub(super) struct EventLog {
+    events: VecDeque<RobotEvent>,
+}
+
+impl EventLog {
+    pub(super) fn push(&mut self, event: RobotEvent) {
+        if self.events.len() >= KEPT {
+            self.events.pop_front();
+        }
+        self.events.push_back(event);
+    }
+
+    pub(super) fn pop(&mut self) -> Option<RobotEvent> {
+        self.events.pop_front()
+    }
+}
