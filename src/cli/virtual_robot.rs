@@ -1,5 +1,7 @@
 //! The built-in virtual robot, as the command line sets it up.
 
+use std::prelude::v1::*;
+
 use clap::{Args, ValueEnum};
 
 use super::order::OrderName;
