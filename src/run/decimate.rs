@@ -19,7 +19,8 @@ impl<T: Copy> Decimated<T> {
     #[must_use]
     pub fn with_capacity(capacity: usize) -> Self {
         let capacity = capacity.max(2);
-        Self { kept: Vec::with_capacity(capacity), capacity, stride: 1, offered: 0 }
+        // One more for the sample that closes a run.
+        Self { kept: Vec::with_capacity(capacity + 1), capacity, stride: 1, offered: 0 }
     }
 
     /// Whether the next sample will be kept; asking saves making one that will not.
@@ -44,6 +45,14 @@ impl<T: Copy> Decimated<T> {
     /// Counts a sample that [`wants_next`](Self::wants_next) did not ask for.
     pub const fn skip(&mut self) {
         self.offered += 1;
+    }
+
+    /// Makes `last` the last sample kept, if the spacing left it out.
+    pub fn close(&mut self, last: T) {
+        let is_kept = self.offered == 0 || (self.offered - 1).is_multiple_of(self.stride);
+        if !is_kept && self.kept.len() < self.kept.capacity() {
+            self.kept.push(last);
+        }
     }
 
     /// The samples kept, oldest first.

@@ -112,6 +112,7 @@ pub fn drive<L: CyclicLink, P: Pace, const QUEUE: usize>(
             break outcome;
         }
     };
+    recording.close();
     periodic.release(RELEASE_CYCLES).map_err(CycleError::Link)?;
     Ok(outcome)
 }

@@ -82,11 +82,14 @@ impl Program {
         &self.steps
     }
 
-    /// The text of a line, from 1, without surrounding blanks; empty beyond the last.
+    /// The command of a line, from 1, without its comment; empty beyond the last.
     #[must_use]
     pub fn line_text(&self, line: u32) -> &str {
         let position = usize::try_from(line).unwrap_or(0).wrapping_sub(1);
-        self.lines.get(position).map_or("", |text| text.trim())
+        let text = self.lines.get(position).map_or("", String::as_str);
+        // A checked line has no quotation marks that could hold a comment's beginning.
+        let end = text.find("//").into_iter().chain(text.find('#')).min();
+        text.get(..end.unwrap_or(text.len())).unwrap_or(text).trim()
     }
 
     /// Position of the step before which the robot is brought up; `None` if the program does that
@@ -213,7 +216,7 @@ mod tests {
         let program = parse("\u{feff}# one\r\n\r\nDelay(1) // two\r\n").unwrap();
         assert_eq!(program.steps().len(), 1);
         assert_eq!(program.steps()[0].line, 3);
-        assert_eq!(program.line_text(3), "Delay(1) // two");
+        assert_eq!(program.line_text(3), "Delay(1)");
         assert_eq!(program.line_text(4), "");
     }
 

@@ -27,7 +27,7 @@ pub struct Recording {
     run: Decimated<Sample>,
     first_handshakes: Vec<Sample>,
     distance_mm: f64,
-    previous: Option<Observation>,
+    previous: Option<Sample>,
     first_robot_time_us: Option<u64>,
     idle_move_id: Option<u16>,
 }
@@ -53,8 +53,8 @@ impl Recording {
     /// Takes a cycle. Does not allocate.
     pub fn record(&mut self, sample: Sample) {
         let seen = sample.seen;
-        if let Some(previous) = self.previous.replace(seen) {
-            self.distance_mm += seen.distance_mm(&previous);
+        if let Some(previous) = self.previous.replace(sample) {
+            self.distance_mm += seen.distance_mm(&previous.seen);
         }
         self.first_robot_time_us.get_or_insert(seen.robot_time_us);
         let idle = *self.idle_move_id.get_or_insert(seen.move_id_sent);
@@ -68,7 +68,14 @@ impl Recording {
         self.run.offer(sample);
     }
 
-    /// Evenly spaced samples of the whole run.
+    /// Ends the recording: the last cycle becomes a sample, whatever the spacing.
+    pub fn close(&mut self) {
+        if let Some(last) = self.previous {
+            self.run.close(last);
+        }
+    }
+
+    /// Evenly spaced samples of the whole run, and its last cycle.
     #[must_use]
     pub fn samples(&self) -> &[Sample] {
         self.run.samples()
@@ -96,15 +103,9 @@ impl Recording {
     #[must_use]
     pub fn robot_time_us(&self) -> u64 {
         match (self.first_robot_time_us, self.previous) {
-            (Some(first), Some(last)) => last.robot_time_us.saturating_sub(first),
+            (Some(first), Some(last)) => last.seen.robot_time_us.saturating_sub(first),
             _ => 0,
         }
-    }
-
-    /// The last cycle seen.
-    #[must_use]
-    pub const fn last(&self) -> Option<&Observation> {
-        self.previous.as_ref()
     }
 }
 

@@ -6,26 +6,25 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 
 use super::PlotError;
-use super::style::{FAINT, GREY, LABEL, SERIES, TITLE, range, tick};
+use super::style::{FAINT, GREY, LABEL, SERIES, TITLE, at, px, range, shown, tick};
 use crate::run::recording::{Recording, Sample};
 
 const SIZE: (u32, u32) = (1_000, 760);
-const LEGEND_ROW: i32 = 22;
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 pub(super) fn draw(program: &str, recording: &Recording) -> Result<String, PlotError> {
     let mut svg = String::new();
     {
-        let root = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
+        let root = SVGBackend::with_string(&mut svg, (px(SIZE.0), px(SIZE.1))).into_drawing_area();
         root.fill(&WHITE)?;
         let root = root.titled(&format!("Handshake: {program}"), TITLE)?;
-        let (upper, lower) = root.split_vertically(SIZE.1 / 2 - 20);
+        let (upper, lower) = root.split_vertically(px(SIZE.1 / 2 - 20));
         draw_run(&upper, recording.samples())?;
         draw_first(&lower, recording.first_handshakes())?;
         root.present()?;
     }
-    Ok(svg)
+    Ok(shown(&svg, SIZE))
 }
 
 /// Commands over the whole run.
@@ -39,10 +38,10 @@ fn draw_run(area: &Area<'_>, samples: &[Sample]) -> Result<(), PlotError> {
         ("done (checkpoint reached)", |sample| sample.done),
     ];
     let mut chart = ChartBuilder::on(area)
-        .margin(12)
+        .margin(px(12))
         .caption("Commands over the run", LABEL)
-        .x_label_area_size(44)
-        .y_label_area_size(64)
+        .x_label_area_size(px(48))
+        .y_label_area_size(px(68))
         .build_cartesian_2d(times.start.max(0.0)..times.end, 0.0..f64::from(most) * 1.05 + 1.0)?;
     chart
         .configure_mesh()
@@ -58,11 +57,10 @@ fn draw_run(area: &Area<'_>, samples: &[Sample]) -> Result<(), PlotError> {
         .draw()?;
     for ((name, count), (color, width)) in series.iter().zip(LINES) {
         let points = samples.iter().map(|sample| (time(sample), f64::from(count(sample))));
-        let line = LineSeries::new(stairs(points), color.stroke_width(width));
-        chart
-            .draw_series(line)?
-            .label(*name)
-            .legend(move |(x, y)| Rectangle::new([(x, y - 1), (x + 20, y + 2)], color.filled()));
+        let line = LineSeries::new(stairs(points), color.stroke_width(px(width)));
+        chart.draw_series(line)?.label(*name).legend(move |(x, y)| {
+            Rectangle::new([(x, y - at(2)), (x + at(20), y + at(2))], color.filled())
+        });
     }
     draw_legend(&mut chart)
 }
@@ -76,18 +74,20 @@ fn draw_first(area: &Area<'_>, samples: &[Sample]) -> Result<(), PlotError> {
         ("MoveID sent", |sample| sample.seen.move_id_sent),
         ("MoveID echoed", |sample| sample.seen.move_id_echoed),
     ];
-    let shown = |value: f64| value >= -2.0;
+    let is_near = |value: f64| value >= -2.0;
     let values =
         samples.iter().flat_map(|sample| series.map(|(_, move_id)| distance(move_id(sample))));
-    let span = range(values.filter(|value| shown(*value)), 4.0);
+    let span = range(values.filter(|value| is_near(*value)), 4.0);
     let cycles = u32::try_from(samples.len()).unwrap_or(0).max(2);
-    let caption =
-        format!("First {} cycles from the first command on (its MoveID is {first})", samples.len());
+    let caption = format!(
+        "MoveID in the first {} cycles (first: {first}); every other command is a checkpoint of the engine",
+        samples.len()
+    );
     let mut chart = ChartBuilder::on(area)
-        .margin(12)
+        .margin(px(12))
         .caption(caption, LABEL)
-        .x_label_area_size(44)
-        .y_label_area_size(64)
+        .x_label_area_size(px(48))
+        .y_label_area_size(px(68))
         .build_cartesian_2d(0.0..f64::from(cycles), span)?;
     chart
         .configure_mesh()
@@ -105,12 +105,11 @@ fn draw_first(area: &Area<'_>, samples: &[Sample]) -> Result<(), PlotError> {
         let points = (0_u32..)
             .zip(samples)
             .map(|(cycle, sample)| (f64::from(cycle), distance(move_id(sample))))
-            .filter(|(_, value)| shown(*value));
-        let line = LineSeries::new(stairs(points), color.stroke_width(width));
-        chart
-            .draw_series(line)?
-            .label(*name)
-            .legend(move |(x, y)| Rectangle::new([(x, y - 1), (x + 20, y + 2)], color.filled()));
+            .filter(|(_, value)| is_near(*value));
+        let line = LineSeries::new(stairs(points), color.stroke_width(px(width)));
+        chart.draw_series(line)?.label(*name).legend(move |(x, y)| {
+            Rectangle::new([(x, y - at(2)), (x + at(20), y + at(2))], color.filled())
+        });
     }
     draw_legend(&mut chart)
 }
@@ -131,7 +130,8 @@ fn draw_legend<'b: 'a, 'a>(chart: &mut Chart<'a, 'b>) -> Result<(), PlotError> {
     chart
         .configure_series_labels()
         .position(SeriesLabelPosition::LowerRight)
-        .margin(LEGEND_ROW)
+        .margin(at(10))
+        .legend_area_size(at(30))
         .background_style(WHITE.mix(0.85))
         .border_style(FAINT)
         .label_font(LABEL)

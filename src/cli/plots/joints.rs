@@ -5,7 +5,7 @@ use std::prelude::v1::*;
 use plotters::prelude::*;
 
 use super::PlotError;
-use super::style::{FAINT, GREY, LABEL, SERIES, TITLE, range, tick};
+use super::style::{FAINT, GREY, LABEL, SERIES, TITLE, at, px, range, shown, tick};
 use crate::run::recording::Recording;
 
 const SIZE: (u32, u32) = (1_000, 520);
@@ -20,14 +20,14 @@ pub(super) fn draw(program: &str, recording: &Recording) -> Result<String, PlotE
         range(samples.iter().flat_map(|sample| sample.seen.joints_deg.map(f64::from)), 10.0);
     let mut svg = String::new();
     {
-        let root = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
+        let root = SVGBackend::with_string(&mut svg, (px(SIZE.0), px(SIZE.1))).into_drawing_area();
         root.fill(&WHITE)?;
         let root = root.titled(&format!("Joints over time: {program}"), TITLE)?;
-        let (plot, legend) = root.split_horizontally(SIZE.0 - LEGEND);
+        let (plot, legend) = root.split_horizontally(px(SIZE.0 - LEGEND));
         let mut chart = ChartBuilder::on(&plot)
-            .margin(12)
-            .x_label_area_size(44)
-            .y_label_area_size(64)
+            .margin(px(12))
+            .x_label_area_size(px(48))
+            .y_label_area_size(px(68))
             .build_cartesian_2d(times.start.max(0.0)..times.end, degrees)?;
         chart
             .configure_mesh()
@@ -41,18 +41,21 @@ pub(super) fn draw(program: &str, recording: &Recording) -> Result<String, PlotE
             .bold_line_style(FAINT)
             .light_line_style(TRANSPARENT)
             .draw()?;
-        for (joint, color) in SERIES.iter().enumerate() {
+        // Where lines lie upon each other, the thicker ones below still show.
+        let widths = [5, 4, 4, 3, 3, 2];
+        for (joint, (color, width)) in SERIES.iter().zip(widths).enumerate() {
             let points = samples.iter().filter_map(|sample| {
                 let degrees = f64::from(*sample.seen.joints_deg.get(joint)?);
                 Some((time(sample.at), degrees))
             });
-            chart.draw_series(LineSeries::new(points, color.stroke_width(2)))?;
+            chart.draw_series(LineSeries::new(points, color.stroke_width(px(width))))?;
             let y = 40 + 26 * i32::try_from(joint).unwrap_or(0);
-            legend.draw(&Rectangle::new([(4, y - 2), (28, y + 1)], color.filled()))?;
-            let text = (format!("Joint {}", joint + 1), (36, y - 7));
-            legend.draw(&Text::new(text.0, text.1, LABEL.into_font()))?;
+            let stroke = [(at(4), at(y - 2)), (at(28), at(y + 2))];
+            legend.draw(&Rectangle::new(stroke, color.filled()))?;
+            let name = format!("Joint {}", joint + 1);
+            legend.draw(&Text::new(name, (at(36), at(y - 7)), LABEL.into_font()))?;
         }
         root.present()?;
     }
-    Ok(svg)
+    Ok(shown(&svg, SIZE))
 }

@@ -7,12 +7,11 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 
 use super::PlotError;
-use super::style::{FAINT, GREY, LABEL, SERIES, TITLE, range, tick};
+use super::style::{FAINT, GREY, LABEL, SERIES, TITLE, at, px, range, shown, tick};
 use crate::run::recording::Recording;
 
-const PANEL: u32 = 440;
-/// Height of a panel beyond its plot: title of the panel, labels of the axis.
-const HEIGHT: u32 = 500;
+/// Three panels side by side; high enough for their plots to be square.
+const SIZE: (u32, u32) = (1_320, 548);
 /// The smallest span worth showing, in mm.
 const LEAST_SPAN: f64 = 10.0;
 
@@ -26,7 +25,7 @@ struct Side {
 const SIDES: [Side; 3] = [
     Side { name: "from above", right: (0, "x [mm]"), up: (1, "y [mm]") },
     Side { name: "from the right side", right: (0, "x [mm]"), up: (2, "z [mm]") },
-    Side { name: "from behind", right: (1, "y [mm]"), up: (2, "z [mm]") },
+    Side { name: "from the front", right: (1, "y [mm]"), up: (2, "z [mm]") },
 ];
 
 pub(super) fn draw(program: &str, recording: &Recording) -> Result<String, PlotError> {
@@ -50,7 +49,7 @@ pub(super) fn draw(program: &str, recording: &Recording) -> Result<String, PlotE
     });
     let mut svg = String::new();
     {
-        let size = (PANEL * 3, HEIGHT + 40);
+        let size = (px(SIZE.0), px(SIZE.1));
         let root = SVGBackend::with_string(&mut svg, size).into_drawing_area();
         root.fill(&WHITE)?;
         let root = root.titled(&format!("Path of the tool: {program}"), TITLE)?;
@@ -59,7 +58,7 @@ pub(super) fn draw(program: &str, recording: &Recording) -> Result<String, PlotE
         }
         root.present()?;
     }
-    Ok(svg)
+    Ok(shown(&svg, SIZE))
 }
 
 fn draw_side(
@@ -74,10 +73,10 @@ fn draw_side(
         (coordinate(side.right.0), coordinate(side.up.0))
     };
     let mut chart = ChartBuilder::on(panel)
-        .margin(10)
+        .margin(px(10))
         .caption(side.name, LABEL)
-        .x_label_area_size(44)
-        .y_label_area_size(60)
+        .x_label_area_size(px(48))
+        .y_label_area_size(px(64))
         .build_cartesian_2d(span(side.right.0), span(side.up.0))?;
     chart
         .configure_mesh()
@@ -94,15 +93,15 @@ fn draw_side(
         .light_line_style(TRANSPARENT)
         .draw()?;
     let [blue, _, green, red, ..] = SERIES;
-    chart.draw_series(LineSeries::new(points.iter().map(project), blue.stroke_width(2)))?;
+    chart.draw_series(LineSeries::new(points.iter().map(project), blue.stroke_width(px(2))))?;
     let ends = [(points.first(), green, "start"), (points.last(), red, "end")];
     for (point, color, name) in ends {
         let Some(point) = point else { continue };
-        let at = project(point);
-        chart.draw_series([Circle::new(at, 5, color.filled())])?;
+        let point = project(point);
+        chart.draw_series([Circle::new(point, px(5), color.filled())])?;
         let below = if name == "start" { -18 } else { 6 };
-        let label =
-            EmptyElement::at(at) + Text::new(name, (8, below), LABEL.into_font().color(&color));
+        let label = EmptyElement::at(point)
+            + Text::new(name, (at(8), at(below)), LABEL.into_font().color(&color));
         chart.draw_series([label])?;
     }
     Ok(())
