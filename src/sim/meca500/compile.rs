@@ -75,7 +75,10 @@ impl VirtualRobot {
                 continue;
             }
             let needs_joints = is_move(&command)
-                || matches!(command, MotionCommand::SetAutoConf(_) | MotionCommand::SetAutoConfTurn(_));
+                || matches!(
+                    command,
+                    MotionCommand::SetAutoConf(_) | MotionCommand::SetAutoConfTurn(_)
+                );
             if needs_joints && (self.velocity.is_some() || self.queue.end_is_unknown()) {
                 return;
             }

@@ -189,7 +189,9 @@ impl VirtualRobot {
             Step::Tool(command) => self.start_tool(&command),
             Step::Velocity(command) => self.begin_velocity(command),
             Step::Immediate(command) => {
-                self.execute_now(&command);
+                if let Err(code) = self.execute_now(&command) {
+                    self.note_refusal(code);
+                }
             }
             Step::ProgramBegin(number) => {
                 self.program = number;

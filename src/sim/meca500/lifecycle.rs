@@ -303,7 +303,8 @@ impl VirtualRobot {
 
     /// Where the robot wants its joints, and how they move.
     pub(super) fn target_state(&self) -> JointState {
-        let mut state = self.velocity.as_ref().map_or(*self.follower.state(), |run| *run.arm.state());
+        let mut state =
+            self.velocity.as_ref().map_or(*self.follower.state(), |run| *run.arm.state());
         if self.lifecycle == Lifecycle::Homing {
             for (joint, offset) in state.position.iter_mut().zip(self.homing_offset()) {
                 *joint += offset;

@@ -16,9 +16,7 @@
 //! Source: PM L878-922, L1540-1587. Leaves out: what the robot does about them (`lifecycle`,
 //! `halt`).
 
-use super::readings::{
-    DeprecatedBits, PowerAfterReboot, Readings, RebootSignal, RedundancySignal,
-};
+use super::readings::{DeprecatedBits, PowerAfterReboot, Readings, RebootSignal, RedundancySignal};
 use crate::wire::meca500::image::{SafetyPower, SafetyResettable, SafetySignals};
 use crate::wire::meca500::revision::Revision;
 

@@ -94,7 +94,7 @@ impl Tool {
 
     /// Simulation emulates the fitted tool, or an MEGP 25E where there is none. Source: PM L6526.
     pub(super) fn emulate(&mut self, on: bool) {
-        self.emulated = on.then(|| match self.fitted {
+        self.emulated = on.then_some(match self.fitted {
             FittedTool::None => FittedTool::Megp25E,
             fitted => fitted,
         });
@@ -204,7 +204,8 @@ impl Tool {
 
     /// What a gripper reports; `range` is that of SetGripperRange.
     pub(super) fn gripper_state(&self, range: Option<[f32; 2]>) -> GripperState {
-        let [closed_mm, open_mm] = range.map_or([0.0, self.range_mm()], |range| range.map(f64::from));
+        let [closed_mm, open_mm] =
+            range.map_or([0.0, self.range_mm()], |range| range.map(f64::from));
         GripperState {
             holding_part: self.forcing != 0.0,
             target_reached: (self.wanted_mm - self.opening_mm).abs() < SAME_MM,

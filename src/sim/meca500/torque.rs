@@ -79,11 +79,7 @@ pub(super) fn calculated(state: &JointState, payload: &Payload) -> [f64; 6] {
 }
 
 /// Actual torques, in percent.
-pub(super) fn actual(
-    state: &JointState,
-    payload: &Payload,
-    disturbance: &Disturbance,
-) -> [f64; 6] {
+pub(super) fn actual(state: &JointState, payload: &Payload, disturbance: &Disturbance) -> [f64; 6] {
     let mut torques = calculated(state, payload);
     for (index, torque) in torques.iter_mut().enumerate() {
         let spring = disturbance.blocked_at[index]

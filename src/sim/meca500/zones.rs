@@ -57,11 +57,18 @@ struct Sphere {
     id: u32,
 }
 
-fn tool_spheres(chain: &Chain, settings: &PersistentSettings, tool: FittedTool) -> [Option<Sphere>; 2] {
+fn tool_spheres(
+    chain: &Chain,
+    settings: &PersistentSettings,
+    tool: FittedTool,
+) -> [Option<Sphere>; 2] {
     let at = |offset: DVec3| chain.flange.position + chain.flange.orientation * offset;
     let [x, y, z, radius] = settings.tool_sphere;
-    let sphere = (settings.tool_sphere != [0.0; 4])
-        .then(|| Sphere { centre: at(DVec3::new(x, y, z)), radius, id: 0 });
+    let sphere = (settings.tool_sphere != [0.0; 4]).then(|| Sphere {
+        centre: at(DVec3::new(x, y, z)),
+        radius,
+        id: 0,
+    });
     let module = (tool == FittedTool::Mpm500).then(|| Sphere {
         centre: at(DVec3::new(0.0, 0.0, MPM500_CENTRE_MM)),
         radius: MPM500_RADIUS_MM,
@@ -78,10 +85,7 @@ pub(super) fn inspect(
 ) -> Findings {
     let chain = joint_centres(joints);
     let spheres = tool_spheres(&chain, settings, tool);
-    Findings {
-        breach: breach(&chain, settings, &spheres),
-        collision: collision(&chain, &spheres),
-    }
+    Findings { breach: breach(&chain, settings, &spheres), collision: collision(&chain, &spheres) }
 }
 
 /// Whether looking is worth it: a robot with the factory's zone and severity 0 has nothing to find.
@@ -112,9 +116,7 @@ fn breach(
         outside.next().map(|sphere| Object { group: TOOL, id: sphere.id })
     };
     match settings.work_zone_mode {
-        WorkZoneMode::FlangeCenterPoint => {
-            leaves(chain.flange.position, 0.0).then_some(flange)
-        }
+        WorkZoneMode::FlangeCenterPoint => leaves(chain.flange.position, 0.0).then_some(flange),
         WorkZoneMode::Tool => tool(),
         WorkZoneMode::ToolAndLinks => tool().or_else(|| {
             let links = [
@@ -200,8 +202,10 @@ mod tests {
 
     #[test]
     fn a_large_tool_sphere_always_meets_the_yoke() {
-        let settings =
-            PersistentSettings { tool_sphere: [0.0, 0.0, 0.0, 60.0], ..PersistentSettings::default() };
+        let settings = PersistentSettings {
+            tool_sphere: [0.0, 0.0, 0.0, 60.0],
+            ..PersistentSettings::default()
+        };
         let findings = inspect(&[0.0; 6], &settings, FittedTool::None);
         assert_eq!(findings.collision.map(|objects| objects[0].id), Some(4));
     }
