@@ -30,17 +30,20 @@ impl From<Exit> for ExitCode {
 #[derive(Clone, Debug)]
 pub(super) struct Failure {
     pub(super) exit: Exit,
-    /// Whole sentences for standard error; may have several lines.
+    /// What to say on standard error; may have several lines.
     pub(super) message: String,
+    /// Whether the message begins with a place in a file, which editors find only at the beginning
+    /// of a line.
+    pub(super) is_located: bool,
 }
 
 impl Failure {
     pub(super) fn usage(message: impl Into<String>) -> Self {
-        Self { exit: Exit::Usage, message: message.into() }
+        Self { exit: Exit::Usage, message: message.into(), is_located: false }
     }
 
     pub(super) fn internal(message: impl Into<String>) -> Self {
-        Self { exit: Exit::Internal, message: message.into() }
+        Self { exit: Exit::Internal, message: message.into(), is_located: false }
     }
 }
 

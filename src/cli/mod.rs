@@ -50,8 +50,9 @@ pub fn main() -> ExitCode {
     };
     match done {
         Ok(exit) => exit.into(),
-        Err(Failure { exit, message }) => {
-            eprintln!("fieldarm: {message}");
+        Err(Failure { exit, message, is_located }) => {
+            let name = if is_located { "" } else { "fieldarm: " };
+            eprintln!("{name}{message}");
             exit.into()
         }
     }

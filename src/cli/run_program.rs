@@ -181,6 +181,7 @@ pub(super) fn run(args: &RunArgs) -> Result<Exit, Failure> {
     let outcome = ended.map_err(|error| Failure {
         exit: Exit::Link,
         message: format!("the link failed: {error}"),
+        is_located: false,
     })?;
     let (exit, message) = wording::outcome(&outcome, &file, &program);
     let settings = Settings {
@@ -211,7 +212,7 @@ pub(super) fn run(args: &RunArgs) -> Result<Exit, Failure> {
         None => Vec::new(),
     };
     print(&summary::text(&report, &files))?;
-    if message.is_empty() { Ok(exit) } else { Err(Failure { exit, message }) }
+    if message.is_empty() { Ok(exit) } else { Err(Failure { exit, message, is_located: true }) }
 }
 
 /// The whole program, or everything that is wrong with it.
@@ -228,7 +229,7 @@ fn read_program(path: &Path, revision: Revision) -> Result<Program, Failure> {
         let errors =
             if faults.len() == 1 { "1 error".into() } else { format!("{} errors", faults.len()) };
         message += &format!("{errors} in {file}; nothing was sent to the robot");
-        Failure { exit: Exit::Usage, message }
+        Failure { exit: Exit::Usage, message, is_located: true }
     })
 }
 

@@ -13,6 +13,7 @@ use super::wording;
 use crate::engine::meca500::Event;
 use crate::run::drive::{Observer, Progress};
 use crate::run::program::Program;
+use crate::run::runner::Phase;
 
 /// Messages that may wait to be drawn; what finds no room is left out.
 const ROOM: usize = 1_024;
@@ -21,7 +22,7 @@ const PLAIN_INTERVAL: WallDuration = WallDuration::from_secs(5);
 
 /// What the drawing thread hears.
 pub(super) enum Message {
-    Event(Event, usize),
+    Event(Event, Option<usize>),
     Progress(Progress),
 }
 
@@ -48,7 +49,7 @@ impl Observer for Watcher {
         self.interrupted.load(Ordering::Relaxed)
     }
 
-    fn event(&mut self, event: &Event, step: usize) {
+    fn event(&mut self, event: &Event, step: Option<usize>) {
         // Most events are about single commands; only those that will be shown are worth sending.
         if !matches!(event, Event::Accepted { .. } | Event::Started { .. } | Event::Done { .. }) {
             let _ = self.sender.try_send(Message::Event(*event, step));
@@ -91,7 +92,7 @@ fn draw_bar(receiver: &Receiver<Message>, program: &Program) {
             }
             Message::Progress(progress) => {
                 bar.set_position(u64::try_from(progress.step).unwrap_or(u64::MAX));
-                bar.set_prefix(current_line(program, progress.step));
+                bar.set_prefix(current_line(program, &progress));
                 bar.set_message(state(&progress));
             }
         }
@@ -109,7 +110,7 @@ fn draw_lines(receiver: &Receiver<Message>, program: &Program) {
                 let is_due = last.is_none_or(|last| now - last >= PLAIN_INTERVAL);
                 is_due.then(|| {
                     last = Some(now);
-                    format!("{}  {}", current_line(program, progress.step), state(&progress))
+                    format!("{}  {}", current_line(program, &progress), state(&progress))
                 })
             }
         };
@@ -120,14 +121,20 @@ fn draw_lines(receiver: &Receiver<Message>, program: &Program) {
     }
 }
 
-fn line_of(program: &Program, step: usize) -> Option<u32> {
-    program.steps().get(step).map(|step| step.line)
+fn line_of(program: &Program, step: Option<usize>) -> Option<u32> {
+    program.steps().get(step?).map(|step| step.line)
 }
 
 /// `line 12: MoveLin(...)`, shortened to fit beside the bar.
-fn current_line(program: &Program, step: usize) -> String {
+fn current_line(program: &Program, progress: &Progress) -> String {
     const WIDTH: usize = 48;
-    let Some(step) = program.steps().get(step) else { return "all lines done".into() };
+    match progress.phase {
+        Phase::Connecting => return "connecting".into(),
+        Phase::BringingUp => return "bringing the robot up: activate, home, resume".into(),
+        Phase::Stopping => return "stopping: pause, clear".into(),
+        Phase::Running => {}
+    }
+    let Some(step) = program.steps().get(progress.step) else { return "all lines done".into() };
     let text = program.line_text(step.line);
     let shown: String = text.chars().take(WIDTH).collect();
     let rest = if text.chars().count() > WIDTH { "..." } else { "" };

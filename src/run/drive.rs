@@ -5,7 +5,7 @@ use super::outcome::Outcome;
 use super::pace::Pace;
 use super::periodic::{Controller, CycleError, Periodic};
 use super::recording::{Recording, Sample};
-use super::runner::Runner;
+use super::runner::{Phase, Runner};
 use super::statistics::Quantiles;
 use crate::cycle::{CyclicLink, InputQuality};
 use crate::engine::meca500::{Engine, Event};
@@ -36,6 +36,8 @@ impl<const QUEUE: usize> Controller for Engine<QUEUE> {
 pub struct Progress {
     /// Time since the first cycle, in nanoseconds of the bus.
     pub bus_time_ns: u64,
+    /// What the run is at.
+    pub phase: Phase,
     /// The first step that has not ended; the number of steps when all have.
     pub step: usize,
     /// What the images said; `None` until the byte order is known.
@@ -53,8 +55,8 @@ pub trait Observer {
     /// Whether somebody asked for the end of the run.
     fn is_interrupted(&mut self) -> bool;
 
-    /// Hears every event of the engine, and the step that was current then.
-    fn event(&mut self, event: &Event, step: usize);
+    /// Hears every event of the engine, and the step that was current then, if one was.
+    fn event(&mut self, event: &Event, step: Option<usize>);
 
     /// Whether [`progress`](Self::progress) is wanted in this cycle.
     fn wants_progress(&mut self, cycles: u64) -> bool;
@@ -79,7 +81,7 @@ pub fn drive<L: CyclicLink, P: Pace, const QUEUE: usize>(
     let outcome = loop {
         let turn = periodic.turn(engine)?;
         let first = *first.get_or_insert(turn.now);
-        let step = runner.current_step();
+        let step = (runner.phase() == Phase::Running).then(|| runner.current_step());
         let is_interrupted = observer.is_interrupted();
         let outcome = runner.after_turn(engine, turn.now, is_interrupted, |event| {
             observer.event(event, step);
@@ -101,6 +103,7 @@ pub fn drive<L: CyclicLink, P: Pace, const QUEUE: usize>(
         if outcome.is_some() || observer.wants_progress(statistics.cycles) {
             observer.progress(&Progress {
                 bus_time_ns: (turn.now - first).as_nanos().try_into().unwrap_or(u64::MAX),
+                phase: runner.phase(),
                 step: runner.current_step(),
                 seen,
                 cycles: statistics.cycles,

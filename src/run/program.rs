@@ -17,6 +17,8 @@ use crate::wire::meca500::text::Statement;
 pub struct Step {
     /// Line in the file, from 1.
     pub line: u32,
+    /// Column where the command begins, in characters from 1.
+    pub column: usize,
     /// What to do.
     pub statement: Statement,
 }
@@ -55,7 +57,10 @@ impl Program {
         for (line, content) in (1..).zip(text.lines()) {
             lines.push(content.to_string());
             match Statement::parse(content, revision) {
-                Ok(Some(statement)) => steps.push(Step { line, statement }),
+                Ok(Some(statement)) => {
+                    let column = 1 + content.chars().take_while(|c| c.is_whitespace()).count();
+                    steps.push(Step { line, column, statement });
+                }
                 Ok(None) => {}
                 Err(error) => {
                     let (column, message) = (error.column, error.reason.to_string());
@@ -144,7 +149,7 @@ fn endless_pauses(steps: &[Step]) -> Vec<ProgramFault> {
         if !is_ended && (moves_later || matches!(step.statement, Statement::PauseMotion)) {
             faults.push(ProgramFault {
                 line: step.line,
-                column: 1,
+                column: step.column,
                 message: format!(
                     "{name} is never followed by ResumeMotion, so the program could not end"
                 ),

@@ -72,6 +72,20 @@ enum Stage {
     Ended(Outcome),
 }
 
+/// What a run is at.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Phase {
+    /// No connection yet.
+    #[default]
+    Connecting,
+    /// The robot is being activated and homed before the first line that needs it.
+    BringingUp,
+    /// Lines are being executed.
+    Running,
+    /// Motion is being paused and cleared.
+    Stopping,
+}
+
 /// Follows one program through one engine.
 #[derive(Debug)]
 pub struct Runner<'p> {
@@ -127,6 +141,17 @@ impl<'p> Runner<'p> {
     #[must_use]
     pub const fn acknowledgement_cycles(&self) -> &Distribution {
         &self.acknowledgement_cycles
+    }
+
+    /// What the run is at.
+    #[must_use]
+    pub const fn phase(&self) -> Phase {
+        match self.stage {
+            Stage::Connecting { .. } => Phase::Connecting,
+            Stage::Acting { step: None, .. } => Phase::BringingUp,
+            Stage::Stopping { .. } => Phase::Stopping,
+            _ => Phase::Running,
+        }
     }
 
     /// The first step that has not ended; the number of steps when all have.

@@ -6,7 +6,7 @@ use super::pace::Beginning;
 use crate::cycle::InputQuality;
 use crate::time::{Duration, Instant};
 
-/// Longest duration told apart, in nanoseconds; longer ones count as this long.
+/// Longest duration told apart, in nanoseconds; quantiles count longer ones as this long.
 const LONGEST_NS: u64 = 10_000_000_000;
 /// Longest acknowledgement told apart, in cycles.
 const LONGEST_ACKNOWLEDGEMENT_CYCLES: u64 = 1_000_000;
@@ -18,6 +18,9 @@ const DIGITS: u8 = 3;
 pub struct Distribution {
     /// `None` only if the bounds were refused, which the constants above rule out.
     histogram: Option<Histogram<u64>>,
+    /// The histogram rounds; the extremes are kept as they were.
+    min: u64,
+    max: u64,
 }
 
 /// The summary of a [`Distribution`]. The unit is that of what was counted.
@@ -37,7 +40,11 @@ pub struct Quantiles {
 
 impl Distribution {
     fn up_to(longest: u64) -> Self {
-        Self { histogram: Histogram::new_with_bounds(1, longest, DIGITS).ok() }
+        Self {
+            histogram: Histogram::new_with_bounds(1, longest, DIGITS).ok(),
+            min: u64::MAX,
+            max: 0,
+        }
     }
 
     /// Of durations, in nanoseconds.
@@ -56,6 +63,8 @@ impl Distribution {
     pub fn record(&mut self, value: u64) {
         if let Some(histogram) = &mut self.histogram {
             histogram.saturating_record(value);
+            self.min = self.min.min(value);
+            self.max = self.max.max(value);
         }
     }
 
@@ -70,10 +79,10 @@ impl Distribution {
         match &self.histogram {
             Some(histogram) if !histogram.is_empty() => Quantiles {
                 count: histogram.len(),
-                min: histogram.min(),
-                p50: histogram.value_at_quantile(0.5),
-                p99: histogram.value_at_quantile(0.99),
-                max: histogram.max(),
+                min: self.min,
+                p50: histogram.value_at_quantile(0.5).clamp(self.min, self.max),
+                p99: histogram.value_at_quantile(0.99).clamp(self.min, self.max),
+                max: self.max,
             },
             _ => Quantiles::default(),
         }
@@ -155,11 +164,16 @@ mod tests {
     }
 
     #[test]
-    fn values_beyond_the_bounds_are_counted_at_the_bound() {
+    fn extremes_are_exact_even_beyond_the_bounds() {
         let mut distribution = Distribution::of_durations();
         distribution.record_duration(Duration::from_secs(1_000));
         let quantiles = distribution.quantiles();
-        assert_eq!(quantiles.count, 1);
-        assert!(quantiles.max >= LONGEST_NS && quantiles.max < LONGEST_NS * 2);
+        let exact = 1_000_000_000_000;
+        assert_eq!(
+            quantiles,
+            Quantiles { count: 1, min: exact, p50: exact, p99: exact, max: exact }
+        );
+        distribution.record(1_000_447);
+        assert_eq!(distribution.quantiles().min, 1_000_447);
     }
 }

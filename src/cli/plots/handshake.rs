@@ -18,6 +18,7 @@ pub(super) fn draw(program: &str, recording: &Recording) -> Result<String, PlotE
     {
         let root = SVGBackend::with_string(&mut svg, (px(SIZE.0), px(SIZE.1))).into_drawing_area();
         root.fill(&WHITE)?;
+        let root = root.margin(at(10), at(0), at(0), at(4));
         let root = root.titled(&format!("Handshake: {program}"), TITLE)?;
         let (upper, lower) = root.split_vertically(px(SIZE.1 / 2 - 20));
         draw_run(&upper, recording.samples())?;
@@ -51,8 +52,9 @@ fn draw_run(area: &Area<'_>, samples: &[Sample]) -> Result<(), PlotError> {
         .y_label_formatter(&tick)
         .axis_desc_style(LABEL)
         .label_style(LABEL)
-        .axis_style(GREY)
-        .bold_line_style(FAINT)
+        .axis_style(GREY.stroke_width(px(1)))
+        .bold_line_style(FAINT.stroke_width(px(1)))
+        .set_all_tick_mark_size(px(4))
         .light_line_style(TRANSPARENT)
         .draw()?;
     for ((name, count), (color, width)) in series.iter().zip(LINES) {
@@ -97,8 +99,9 @@ fn draw_first(area: &Area<'_>, samples: &[Sample]) -> Result<(), PlotError> {
         .y_label_formatter(&tick)
         .axis_desc_style(LABEL)
         .label_style(LABEL)
-        .axis_style(GREY)
-        .bold_line_style(FAINT)
+        .axis_style(GREY.stroke_width(px(1)))
+        .bold_line_style(FAINT.stroke_width(px(1)))
+        .set_all_tick_mark_size(px(4))
         .light_line_style(TRANSPARENT)
         .draw()?;
     for ((name, move_id), (color, width)) in series.iter().zip(LINES) {
@@ -133,7 +136,7 @@ fn draw_legend<'b: 'a, 'a>(chart: &mut Chart<'a, 'b>) -> Result<(), PlotError> {
         .margin(at(10))
         .legend_area_size(at(30))
         .background_style(WHITE.mix(0.85))
-        .border_style(FAINT)
+        .border_style(FAINT.stroke_width(px(1)))
         .label_font(LABEL)
         .draw()?;
     Ok(())

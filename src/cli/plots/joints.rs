@@ -22,6 +22,7 @@ pub(super) fn draw(program: &str, recording: &Recording) -> Result<String, PlotE
     {
         let root = SVGBackend::with_string(&mut svg, (px(SIZE.0), px(SIZE.1))).into_drawing_area();
         root.fill(&WHITE)?;
+        let root = root.margin(at(10), at(0), at(0), at(4));
         let root = root.titled(&format!("Joints over time: {program}"), TITLE)?;
         let (plot, legend) = root.split_horizontally(px(SIZE.0 - LEGEND));
         let mut chart = ChartBuilder::on(&plot)
@@ -37,8 +38,9 @@ pub(super) fn draw(program: &str, recording: &Recording) -> Result<String, PlotE
             .y_label_formatter(&tick)
             .axis_desc_style(LABEL)
             .label_style(LABEL)
-            .axis_style(GREY)
-            .bold_line_style(FAINT)
+            .axis_style(GREY.stroke_width(px(1)))
+            .bold_line_style(FAINT.stroke_width(px(1)))
+            .set_all_tick_mark_size(px(4))
             .light_line_style(TRANSPARENT)
             .draw()?;
         // Where lines lie upon each other, the thicker ones below still show.

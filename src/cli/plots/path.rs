@@ -52,6 +52,7 @@ pub(super) fn draw(program: &str, recording: &Recording) -> Result<String, PlotE
         let size = (px(SIZE.0), px(SIZE.1));
         let root = SVGBackend::with_string(&mut svg, size).into_drawing_area();
         root.fill(&WHITE)?;
+        let root = root.margin(at(10), at(0), at(0), at(4));
         let root = root.titled(&format!("Path of the tool: {program}"), TITLE)?;
         for (side, panel) in SIDES.iter().zip(root.split_evenly((1, 3))) {
             draw_side(side, &panel, &points, &squares)?;
@@ -88,8 +89,9 @@ fn draw_side(
         .y_label_formatter(&tick)
         .axis_desc_style(LABEL)
         .label_style(LABEL)
-        .axis_style(GREY)
-        .bold_line_style(FAINT)
+        .axis_style(GREY.stroke_width(px(1)))
+        .bold_line_style(FAINT.stroke_width(px(1)))
+        .set_all_tick_mark_size(px(4))
         .light_line_style(TRANSPARENT)
         .draw()?;
     let [blue, _, green, red, ..] = SERIES;
