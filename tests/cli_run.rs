@@ -157,14 +157,6 @@ fn a_robot_error_names_line_code_text_and_remedy() {
 }
 
 #[test]
-fn a_missing_gripper_is_a_robot_error_at_its_line() {
-    let file = "programs/pick_and_place.txt";
-    let ended = run(&["run", file, "--fast", "-q", "--sim-tool", "none"]);
-    assert_eq!(ended.code, Some(3), "{ended:?}");
-    assert!(ended.stderr.contains("robot error 1038: "), "{ended:?}");
-}
-
-#[test]
 fn commands_that_the_robot_cannot_take_are_told_with_the_way_out() {
     let scratch = Scratch::new("held_back");
     let program = scratch.write("unhomed.txt", "ActivateRobot()\nMoveJoints(0,0,0,0,0,0)\n");

@@ -190,6 +190,13 @@ impl Actions {
         self.clearing.is_some()
     }
 
+    /// Whether ResumeMotion is 1.
+    pub(super) fn is_resuming(&self) -> bool {
+        self.running.is_some_and(|running| {
+            matches!(running.step, Step::Resume { .. }) && running.stage != Stage::Start
+        })
+    }
+
     pub(super) fn end(&mut self, action: Action, fault: Option<Fault>) {
         self.results.push((action, fault));
     }

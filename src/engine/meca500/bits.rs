@@ -242,10 +242,12 @@ impl<const QUEUE: usize> Engine<QUEUE> {
                     }
                     _ => step.confirmed(inputs) && self.level_agrees(step),
                 };
-                if nothing_to_do {
+                let impossible = step.impossible(inputs);
+                // Brakes of an activated robot are never ours, whatever they show.
+                if nothing_to_do && !(impossible.is_some() && matches!(step, Step::Brakes(_))) {
                     return Progress::Done;
                 }
-                if let Some(fault) = step.impossible(inputs) {
+                if let Some(fault) = impossible {
                     return Progress::Failed(fault);
                 }
                 if !self.may_begin(step, inputs) {
@@ -272,6 +274,9 @@ impl<const QUEUE: usize> Engine<QUEUE> {
                         (Some(Errand::Refused), Internal::ClearHoming) => {
                             Progress::Failed(Fault::AckTimeout)
                         }
+                        (Some(Errand::Wanted(_)), _) if inputs.activated() => {
+                            Progress::Failed(Fault::WrongState)
+                        }
                         _ => Progress::Pending(held),
                     },
                     _ if step.confirmed(inputs) => Progress::Done,
@@ -284,6 +289,10 @@ impl<const QUEUE: usize> Engine<QUEUE> {
     /// ResumeMotion is 1: confirmed by Paused 0 once the edge must have been seen, which matters
     /// where Paused was 0 all along.
     fn hold_resume(&self, inputs: &Inputs, fresh: u16, resets: SafetySignals) -> Progress {
+        if !resets.contains(inputs.stops()) {
+            // A new signal undid the edge; another one is due when it can be reset.
+            return Progress::Pending(Stage::Start);
+        }
         if fresh < self.config.edge_hold_cycles.max(1) {
             return Progress::Pending(Stage::Held { fresh, resets });
         }
@@ -303,6 +312,7 @@ impl<const QUEUE: usize> Engine<QUEUE> {
         match step {
             Step::Simulation(on) => self.actions.simulation == Some(on),
             Step::Recovery(on) => self.actions.recovery == Some(on),
+            Step::Brakes(engaged) => engaged || self.actions.brakes == Some(false),
             _ => true,
         }
     }
@@ -331,7 +341,11 @@ impl<const QUEUE: usize> Engine<QUEUE> {
     fn command(&mut self, step: Step) {
         self.outputs.robot.insert(step.trigger());
         match step {
-            Step::Resume { .. } => self.outputs.motion.insert(MotionControlFlags::RESUME_MOTION),
+            Step::Resume { .. } => {
+                self.outputs.motion.insert(MotionControlFlags::RESUME_MOTION);
+                // The edge also hides that the queue was cleared, if it was just before.
+                self.ledger.taint();
+            }
             Step::Simulation(on) => self.actions.simulation = Some(on),
             Step::Recovery(on) => self.actions.recovery = Some(on),
             Step::Brakes(engaged) => self.actions.brakes = Some(engaged),

@@ -13,6 +13,9 @@ use crate::time::{Duration, Instant};
 /// Tolerated difference between the robot's clock and ours since the last trusted image.
 const SLACK: Duration = Duration::from_secs(10);
 
+/// How far back the clock of a late image may be, in microseconds.
+const LATE_US: u64 = 1_000_000;
+
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct RobotClock {
     trusted: Option<(u64, Instant)>,
@@ -24,8 +27,9 @@ pub(super) struct RobotClock {
 pub(super) enum ClockVerdict {
     /// As it should be.
     Steady,
-    /// Odd, once: do not trust this image.
-    Suspect,
+    /// Odd, once: do not trust this image. `far_back` is what a reboot looks like; a late image is
+    /// only a little back.
+    Suspect { far_back: bool },
     /// It went back for good.
     WentBack,
 }
@@ -48,7 +52,8 @@ impl RobotClock {
         self.suspicions = if consistent { self.suspicions.saturating_add(1) } else { 1 };
         self.candidate_us = clock_us;
         if self.suspicions < confirm.max(1) {
-            return ClockVerdict::Suspect;
+            let far_back = clock_us.saturating_add(LATE_US) < last_us;
+            return ClockVerdict::Suspect { far_back };
         }
         self.suspicions = 0;
         self.trusted = Some((clock_us, now));

@@ -1,8 +1,8 @@
 //! Settings of one engine.
 
 use crate::time::Duration;
-use crate::wire::meca500::Revision;
 use crate::wire::meca500::image::FirmwareLayout;
+use crate::wire::meca500::revision::Revision;
 use crate::wire::order::ByteOrder;
 
 /// How [`Engine::cycle_bytes`](super::Engine::cycle_bytes) reads the images.

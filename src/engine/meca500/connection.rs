@@ -76,12 +76,28 @@ impl<const QUEUE: usize> Engine<QUEUE> {
             return false;
         }
         match self.clock.see(inputs.clock_us, self.now, self.config.reboot_confirm_cycles) {
-            ClockVerdict::Suspect => return false,
+            ClockVerdict::Suspect { far_back } => {
+                if far_back {
+                    self.hold_set_point();
+                }
+                return false;
+            }
             ClockVerdict::WentBack => self.rebooted(),
             ClockVerdict::Steady if self.fell_back_to_power_up(inputs) => self.rebooted(),
             ClockVerdict::Steady => {}
         }
         true
+    }
+
+    /// The robot may have rebooted and take what is in the image for new: SetPoint goes at once. A
+    /// command without an echo keeps its fields, and gets SetPoint back when it was a false alarm.
+    fn hold_set_point(&mut self) {
+        self.end_velocity(VelocityStop::InputsBad);
+        match self.port {
+            Port::Sent => self.outputs.set_point(false),
+            Port::Open | Port::Arming { .. } => self.close_port(),
+            _ => {}
+        }
     }
 
     /// Everything at once as after power-up, whatever the clock says. In velocity mode an echo of 0
@@ -149,6 +165,9 @@ impl<const QUEUE: usize> Engine<QUEUE> {
     /// A fresh cycle of a connected engine.
     fn run(&mut self, inputs: &Inputs, before: &Inputs) {
         self.acknowledge(inputs);
+        if self.port == Port::Sent {
+            self.outputs.set_point(true);
+        }
         if let Reached::Foreign(number) = self.ledger.see_reached(inputs.reached) {
             self.events.state_or_merge(Event::CheckpointReached { number });
         }

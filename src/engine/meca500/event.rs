@@ -146,7 +146,7 @@ pub enum UnknownCause {
     LinkLost,
     /// The robot rebooted before the echo of an instantaneous command came.
     RobotRebooted,
-    /// A safety stop came while no checkpoint was behind it: the robot may have dropped it.
+    /// A safety stop or a resume came while no checkpoint was behind it: the robot may have dropped it.
     SafetyStop,
     /// It was in the way of an abort, but may have been executed at once (a variable, a raw ID).
     KindUnknown,

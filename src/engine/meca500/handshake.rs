@@ -234,9 +234,10 @@ impl<const QUEUE: usize> Engine<QUEUE> {
         }
     }
 
-    /// SetPoint, MoveID, ID and arguments all zero.
+    /// SetPoint, MoveID, ID and arguments all zero, for a cycle at least.
     pub(super) fn close_port(&mut self) {
         self.port = Port::Closed;
+        self.set_point_low = 0;
         self.outputs.set_point(false);
         self.outputs.move_id = 0;
         self.outputs.idle_command();
@@ -332,13 +333,13 @@ impl<const QUEUE: usize> Engine<QUEUE> {
                 self.finish(ticket, Verdict::Unknown(UnknownCause::AckTimeout));
                 self.halted = Some(WaitReason::Undecided);
             }
-            (Withdrawal::AckTimeout, Owner::Mark) => self.halted = Some(WaitReason::Undecided),
+            // Nobody's command: another checkpoint, with another number, does as well.
+            (_, Owner::Mark) => self.ledger.mark_again(),
             (Withdrawal::Abort(reason), Owner::Ticket(ticket)) => {
                 self.finish(ticket, Verdict::Aborted(reason));
                 self.drop_waiting(self.waiting_motion_live(), reason);
             }
             (_, Owner::Action(internal)) => self.actions.refused(internal),
-            (Withdrawal::Abort(_), Owner::Mark) => {}
         }
     }
 
@@ -443,6 +444,10 @@ impl<const QUEUE: usize> Engine<QUEUE> {
             if self.ledger.unmarked() == 0 {
                 return None;
             }
+        }
+        // A queue lost in the cycle of the edge leaves no trace: nothing is added to it meanwhile.
+        if self.actions.is_resuming() {
+            return None;
         }
         if let Some(reason) = self.halted {
             self.say_waiting(reason);
@@ -578,7 +583,7 @@ impl<const QUEUE: usize> Engine<QUEUE> {
                 self.finish(ticket, Verdict::Unknown(UnknownCause::LinkLost));
             }
             Owner::Action(internal) => self.actions.refused(internal),
-            Owner::Mark => {}
+            Owner::Mark => self.ledger.mark_again(),
         }
     }
 }

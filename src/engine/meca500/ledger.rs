@@ -158,6 +158,11 @@ impl Ledger {
         number
     }
 
+    /// The checkpoint sent last may never have arrived: what it stood for needs another one.
+    pub(super) fn mark_again(&mut self) {
+        self.marked = self.settled;
+    }
+
     /// Notes that the robot took a queued command.
     pub(super) fn accept(&mut self, entry: Entry) {
         if let Some(number) = entry.checkpoint {
@@ -291,7 +296,8 @@ impl Ledger {
         }
     }
 
-    /// A safety stop came: what has no checkpoint on the robot may vanish without a trace.
+    /// A safety stop came, or motion resumes: what has no checkpoint on the robot may have vanished
+    /// without a trace.
     pub(super) fn taint(&mut self) {
         if self.marks.is_empty() && self.live() > 0 {
             self.tainted = self.next;
