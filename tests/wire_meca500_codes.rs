@@ -111,7 +111,8 @@ fn every_error_says_what_it_means_and_what_to_do_in_our_own_words() {
 #[test]
 fn an_unknown_code_prints_its_number() {
     assert_eq!(Code(4711).to_string(), "4711");
-    assert_eq!(Code(0).describe(), None);
+    assert_eq!(Code::NONE.describe(), None);
+    assert!(!Code::NONE.is_set() && Code(4711).is_set());
     assert_eq!(Code::NOT_HOMED.to_string(), "1006: The command needs a homed robot.");
     assert_eq!(Code::E_STOP.describe().unwrap().kind, CodeKind::Safety);
 }

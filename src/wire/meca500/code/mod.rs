@@ -65,6 +65,8 @@ pub struct CodeInfo {
 }
 
 impl Code {
+    /// No error, in ErrorCode.
+    pub const NONE: Self = Self(0);
     /// The motion queue holds as many commands as it can.
     pub const COMMAND_BUFFER_FULL: Self = Self(1000);
     /// The robot does not know the command, or the line was empty.
@@ -251,6 +253,12 @@ impl Code {
             let position = table.partition_point(|info| info.code < self);
             table.get(position).filter(|info| info.code == self)
         })
+    }
+
+    /// Whether ErrorCode with this value says that something is wrong.
+    #[must_use]
+    pub const fn is_set(self) -> bool {
+        self.0 != Self::NONE.0
     }
 
     /// Every code with an entry: errors, safety signals, answers, real-time values and messages.

@@ -115,7 +115,7 @@ impl ArgumentRange {
             Self::Any => true,
             Self::AtLeast(min) => value >= min,
             Self::Within { .. } | Self::WithinByRevision { .. } => {
-                self.min(revision).is_none_or(|min| value >= min)
+                self.min().is_none_or(|min| value >= min)
                     && self.max(revision).is_none_or(|max| value <= max)
             }
             Self::Integer { min, max } => super::arguments::exact_integer(value)
@@ -126,7 +126,7 @@ impl ArgumentRange {
 
     /// Lowest value, if there is one.
     #[must_use]
-    pub fn min(&self, _revision: Revision) -> Option<f32> {
+    pub fn min(&self) -> Option<f32> {
         match *self {
             Self::Any => None,
             Self::AtLeast(min) | Self::Within { min, .. } | Self::WithinByRevision { min, .. } => {

@@ -163,38 +163,48 @@ impl Statement {
         parsed: &ParsedCommand<'a>,
         revision: Revision,
     ) -> Result<Self, ProgramError<'a>> {
-        let command = parsed.spec.name;
-        let refuse = |reason| Err(ProgramError { column: parsed.column, reason });
-        let refused_variable = parsed.variable().map(|argument| ProgramError {
-            column: argument.column,
-            reason: ProgramErrorReason::Variable { argument: argument.text },
-        });
+        let error = |reason| ProgramError { column: parsed.column, reason };
+        if let Some(reason) = without_a_place(parsed) {
+            return Err(error(reason));
+        }
+        if let Some(Argument { text, column, .. }) = parsed.variable() {
+            let reason = ProgramErrorReason::Variable { argument: text };
+            return Err(ProgramError { column, reason });
+        }
         match parsed.spec.equivalent {
-            CyclicEquivalent::Unavailable => refuse(ProgramErrorReason::NotAvailable { command }),
-            CyclicEquivalent::None => refuse(ProgramErrorReason::TcpOnly { command }),
-            held_by @ (CyclicEquivalent::Dynamic(_) | CyclicEquivalent::Input(_)) => {
-                refuse(ProgramErrorReason::Request { command, held_by })
-            }
-            CyclicEquivalent::Motion(_) if parsed.spec.category == Category::Variable => {
-                refuse(ProgramErrorReason::VariableByName)
-            }
-            _ if refused_variable.is_some() => refused_variable
-                .map_or_else(|| refuse(ProgramErrorReason::TcpOnly { command }), Err),
             CyclicEquivalent::Motion(id) => motion(parsed, id, revision),
             CyclicEquivalent::RobotControl(bit) => robot_control(parsed, bit),
-            CyclicEquivalent::MotionControl(bit) => Ok(match bit {
-                MotionControlBit::PauseMotion => Self::PauseMotion,
-                MotionControlBit::ClearMotion => Self::ClearMotion,
-                MotionControlBit::ResumeMotion => Self::ResumeMotion,
-            }),
-            CyclicEquivalent::HostTime => {
-                let seconds = parsed.arguments().next().and_then(|text| text.text.parse().ok());
-                match seconds {
-                    Some(seconds) => Ok(Self::SetRtc(seconds)),
-                    None => refuse(ProgramErrorReason::TcpOnly { command }),
-                }
+            CyclicEquivalent::MotionControl(MotionControlBit::PauseMotion) => Ok(Self::PauseMotion),
+            CyclicEquivalent::MotionControl(MotionControlBit::ClearMotion) => Ok(Self::ClearMotion),
+            CyclicEquivalent::MotionControl(MotionControlBit::ResumeMotion) => {
+                Ok(Self::ResumeMotion)
+            }
+            CyclicEquivalent::HostTime
+            | CyclicEquivalent::Dynamic(_)
+            | CyclicEquivalent::Input(_)
+            | CyclicEquivalent::None
+            | CyclicEquivalent::Unavailable => {
+                let seconds = parsed.arguments().next().and_then(|first| first.text.parse().ok());
+                let command = parsed.spec.name;
+                seconds.map(Self::SetRtc).ok_or(error(ProgramErrorReason::TcpOnly { command }))
             }
         }
+    }
+}
+
+/// Why a command has no place in a cyclic program, whatever its arguments; `None` if it has one.
+fn without_a_place<'a>(parsed: &ParsedCommand<'a>) -> Option<ProgramErrorReason<'a>> {
+    let command = parsed.spec.name;
+    match parsed.spec.equivalent {
+        CyclicEquivalent::Unavailable => Some(ProgramErrorReason::NotAvailable { command }),
+        CyclicEquivalent::None => Some(ProgramErrorReason::TcpOnly { command }),
+        held_by @ (CyclicEquivalent::Dynamic(_) | CyclicEquivalent::Input(_)) => {
+            Some(ProgramErrorReason::Request { command, held_by })
+        }
+        CyclicEquivalent::Motion(_) if parsed.spec.category == Category::Variable => {
+            Some(ProgramErrorReason::VariableByName)
+        }
+        _ => None,
     }
 }
 
