@@ -163,7 +163,7 @@ fn arguments(spec: &CommandSpec) -> String {
                 });
                 format!(" [{}]", choices.collect::<Vec<_>>().join(" | "))
             }
-            range => match (range.min(Revision::R3), range.max(Revision::R3)) {
+            range => match (range.min(), range.max(Revision::R3)) {
                 (Some(min), Some(max)) => {
                     let on_r4 = range.max(Revision::R4).filter(|on_r4| *on_r4 != max);
                     let on_r4 = on_r4.map(|max| format!(", R4 to {max}")).unwrap_or_default();
