@@ -88,8 +88,8 @@ fn read(file: Option<&Path>) -> Result<(String, String), Failure> {
 fn fields_of(args: &DecodeArgs, found: usize) -> Result<&'static [Field], String> {
     let bytes = if found == 1 { "1 byte".into() } else { format!("{found} bytes") };
     match (args.output, args.input, found) {
-        (true, _, OUTPUT_LEN) | (false, false, OUTPUT_LEN) => Ok(&OUTPUT_FIELDS),
-        (_, true, INPUT_LEN) | (false, false, INPUT_LEN) => Ok(&INPUT_FIELDS),
+        (true, _, OUTPUT_LEN) | (false, false, OUTPUT_LEN) => Ok(OUTPUT_FIELDS),
+        (_, true, INPUT_LEN) | (false, false, INPUT_LEN) => Ok(INPUT_FIELDS),
         (true, ..) => Err(format!("an output image has {OUTPUT_LEN} bytes, found {bytes}")),
         (_, true, _) => Err(format!("an input image has {INPUT_LEN} bytes, found {bytes}")),
         _ => Err(format!(

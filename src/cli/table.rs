@@ -63,8 +63,8 @@ impl TableName {
 
     fn grid(self) -> Grid {
         match self {
-            Self::Output => fields(&OUTPUT_FIELDS),
-            Self::Input => fields(&INPUT_FIELDS),
+            Self::Output => fields(OUTPUT_FIELDS),
+            Self::Input => fields(INPUT_FIELDS),
             Self::Commands => commands(),
             Self::Dynamic => dynamic(),
             Self::Errors => errors(),

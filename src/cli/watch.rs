@@ -5,20 +5,21 @@ use std::prelude::v1::*;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
-use std::time::Duration as WallDuration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::wording;
 use crate::engine::meca500::Event;
+use crate::link::clock::MonotonicClock;
 use crate::run::drive::{Observer, Progress};
 use crate::run::program::Program;
 use crate::run::runner::Phase;
+use crate::time::Duration;
 
 /// Messages that may wait to be drawn; what finds no room is left out.
 const ROOM: usize = 1_024;
 /// Wall time between two plain lines about progress.
-const PLAIN_INTERVAL: WallDuration = WallDuration::from_secs(5);
+const PLAIN_INTERVAL: Duration = Duration::from_secs(5);
 
 /// What the drawing thread hears.
 pub(super) enum Message {
@@ -101,12 +102,13 @@ fn draw_bar(receiver: &Receiver<Message>, program: &Program) {
 }
 
 fn draw_lines(receiver: &Receiver<Message>, program: &Program) {
+    let clock = MonotonicClock::new();
     let mut last = None;
     for message in receiver {
         let line = match message {
             Message::Event(event, step) => wording::event(&event, line_of(program, step)),
             Message::Progress(progress) => {
-                let now = std::time::Instant::now();
+                let now = clock.now();
                 let is_due = last.is_none_or(|last| now - last >= PLAIN_INTERVAL);
                 is_due.then(|| {
                     last = Some(now);

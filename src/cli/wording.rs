@@ -51,7 +51,7 @@ pub(super) fn outcome(outcome: &Outcome, file: &str, program: &Program) -> (Exit
         End::Interrupted => return (exit, interrupted(outcome.stop, place)),
         end => reason(end),
     };
-    let mut message = place.map_or_else(|| file.to_string(), |place| place);
+    let mut message = place.unwrap_or_else(|| file.to_string());
     message.push_str("\n  ");
     message.push_str(&what);
     if !remedy.is_empty() {

@@ -11,6 +11,8 @@ use crate::run::recording::{Recording, Sample};
 
 const SIZE: (u32, u32) = (1_000, 760);
 
+/// What a curve shows of a sample.
+type Read<T> = fn(&Sample) -> T;
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 pub(super) fn draw(program: &str, recording: &Recording) -> Result<String, PlotError> {
@@ -33,7 +35,7 @@ fn draw_run(area: &Area<'_>, samples: &[Sample]) -> Result<(), PlotError> {
     let time = |sample: &Sample| sample.at.as_nanos() as f64 * 1e-9;
     let times = range(samples.iter().map(time), 1e-3);
     let most = samples.last().map_or(0, |sample| sample.submitted);
-    let series: [(&str, fn(&Sample) -> u32); 3] = [
+    let series: [(&str, Read<u32>); 3] = [
         ("given to the engine", |sample| sample.submitted),
         ("accepted by the robot", |sample| sample.accepted),
         ("done (checkpoint reached)", |sample| sample.done),
@@ -72,7 +74,7 @@ fn draw_first(area: &Area<'_>, samples: &[Sample]) -> Result<(), PlotError> {
     let first = samples.first().map_or(0, |sample| sample.seen.move_id_sent);
     // MoveID counts up and wraps: the distance from the first one is what can be drawn.
     let distance = |move_id: u16| f64::from(move_id.wrapping_sub(first).cast_signed());
-    let series: [(&str, fn(&Sample) -> u16); 2] = [
+    let series: [(&str, Read<u16>); 2] = [
         ("MoveID sent", |sample| sample.seen.move_id_sent),
         ("MoveID echoed", |sample| sample.seen.move_id_echoed),
     ];
