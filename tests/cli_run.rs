@@ -59,6 +59,18 @@ fn every_byte_order_is_found_or_taken_as_told() {
 }
 
 #[test]
+fn a_wrong_byte_order_is_noticed_before_anything_is_sent() {
+    for order in ["little", "big-int-little-real", "little-int-big-real"] {
+        let file = "programs/square.txt";
+        let ended = run(&["run", file, "--fast", "-q", "--byte-order", order]);
+        assert_eq!(ended.code, Some(4), "{order}: {ended:?}");
+        assert!(ended.stderr.contains("makes no sense in the byte order"), "{order}: {ended:?}");
+        assert!(ended.stderr.contains("use --byte-order auto"), "{order}: {ended:?}");
+        assert_eq!(value(&ended, "commands"), "0 of 15 done, 0 accepted", "{order}");
+    }
+}
+
+#[test]
 fn bad_programs_give_all_their_errors_and_move_nothing() {
     let lists: [(&str, &[&str]); 5] = [
         (

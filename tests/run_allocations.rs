@@ -70,13 +70,14 @@ fn cycles_take_no_memory() {
             let turn = periodic.turn(&mut engine).expect("the link does not fail");
             let outcome = runner.after_turn(&mut engine, turn.now, false, |_| {});
             assert_eq!(outcome, None);
+            let since_begin = recording.cycle(turn.now);
             let order = engine.byte_order();
             let seen = order
                 .and_then(|order| Observation::read(periodic.inputs(), periodic.outputs(), order));
             if let Some(seen) = seen {
                 let counts = runner.counts();
                 recording.record(Sample {
-                    at: turn.now,
+                    at: since_begin,
                     seen,
                     submitted: counts.submitted,
                     accepted: counts.accepted,

@@ -74,7 +74,7 @@ pub struct Settings {
 pub struct ReportedOutcome {
     /// `completed`, `interrupted`, `robot_error`, `safety_stop`, `action_failed`,
     /// `velocity_stopped`, `held_back`, `monitoring_only`, `rebooted`, `refused`,
-    /// `connection_lost`, `not_connected`, `byte_order_undecidable` or `fault`.
+    /// `connection_lost`, `not_connected`, `implausible_inputs`, `byte_order_undecidable` or `fault`.
     pub end: &'static str,
     /// Exit code of the command.
     pub exit_code: u8,
@@ -182,7 +182,6 @@ pub(super) struct Sources<'a> {
     pub(super) acknowledgement_cycles: Quantiles,
     pub(super) statistics: &'a CycleStatistics,
     pub(super) recording: &'a Recording,
-    pub(super) begin: Instant,
     pub(super) wall_time_s: f64,
     pub(super) final_outputs: &'a [u8],
 }
@@ -246,7 +245,8 @@ impl Report {
 }
 
 fn steps(sources: &Sources<'_>) -> Vec<ReportedStep> {
-    let since_begin = |at: Option<Instant>| at.map(|at| (at - sources.begin).as_secs_f64());
+    let begin = sources.recording.begin().unwrap_or_default();
+    let since_begin = |at: Option<Instant>| at.map(|at| (at - begin).as_secs_f64());
     let steps = sources.program.steps().iter().zip(sources.records);
     steps
         .map(|(step, record)| ReportedStep {
@@ -290,7 +290,7 @@ const COLUMNS: &[&str] = &[
 
 fn row(sample: &Sample) -> Vec<f64> {
     let seen = &sample.seen;
-    let mut row = vec![sample.at.as_nanos() as f64 * 1e-9];
+    let mut row = vec![sample.at.as_secs_f64()];
     // Reals go through their shortest text, so that the file does not show digits nobody sent.
     row.extend(
         seen.joints_deg
@@ -327,6 +327,7 @@ const fn end_name(end: &End) -> &'static str {
         End::Refused(_) | End::RequestRefused(_) => "refused",
         End::ConnectionLost => "connection_lost",
         End::NotConnected => "not_connected",
+        End::ImplausibleInputs => "implausible_inputs",
         End::ByteOrderUndecidable => "byte_order_undecidable",
         End::Fault(_) => "fault",
     }

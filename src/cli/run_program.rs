@@ -202,7 +202,6 @@ pub(super) fn run(args: &RunArgs) -> Result<Exit, Failure> {
         acknowledgement_cycles: runner.acknowledgement_cycles().quantiles(),
         statistics: periodic.statistics(),
         recording: &recording,
-        begin: periodic.first_cycle(),
         wall_time_s: wall_time.as_nanos() as f64 * 1e-9,
         final_outputs: periodic.outputs(),
     };

@@ -6,7 +6,7 @@ use super::exit::Exit;
 use crate::engine::meca500::{Action, Event, Fault, VelocityStop, WaitReason};
 use crate::run::outcome::{End, Outcome, Stop};
 use crate::run::program::Program;
-use crate::run::runner::STOP_LIMIT;
+use crate::run::runner::{STOP_LIMIT, is_lasting};
 use crate::wire::meca500::code::Code;
 use crate::wire::meca500::image::SafetySignals;
 
@@ -23,6 +23,7 @@ pub(super) fn event(event: &Event, line: Option<u32>) -> Option<String> {
         Event::Connected { again: false } => "connected".into(),
         Event::Connected { again: true } => "connected again".into(),
         Event::ByteOrderSettled(order) => format!("byte order found: {order}"),
+        Event::Waiting(reason) if !is_lasting(*reason) => return None,
         Event::Waiting(reason) => format!("commands are held back: {}", waiting(*reason)),
         Event::CheckpointReached { number } => format!("checkpoint {number} reached"),
         Event::CheckpointDiscarded { number } => format!("checkpoint {number} discarded"),
@@ -82,6 +83,7 @@ const fn exit_of(end: &End) -> Exit {
         | End::Rebooted => Exit::Robot,
         End::ConnectionLost
         | End::NotConnected
+        | End::ImplausibleInputs
         | End::ByteOrderUndecidable
         | End::VelocityStopped(_)
         | End::RequestRefused(_)
@@ -158,6 +160,11 @@ fn reason(end: End) -> (String, String) {
         End::NotConnected => {
             plain("no connection: the robot sends no fresh inputs", "look at cable and power.")
         }
+        End::ImplausibleInputs => plain(
+            "what the robot sends makes no sense in the byte order that was set; nothing was sent to \
+             it",
+            "use --byte-order auto, or the other order.",
+        ),
         End::ByteOrderUndecidable => fault_text(Fault::ByteOrderUndecidable),
         End::Fault(fault) => fault_text(fault),
     }

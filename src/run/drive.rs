@@ -1,7 +1,7 @@
 //! One whole run: the loop, the engine, the program, and whoever watches.
 
 use super::observation::Observation;
-use super::outcome::Outcome;
+use super::outcome::{End, Outcome};
 use super::pace::Pace;
 use super::periodic::{Controller, CycleError, Periodic};
 use super::recording::{Recording, Sample};
@@ -9,12 +9,16 @@ use super::runner::{Phase, Runner};
 use super::statistics::Quantiles;
 use crate::cycle::{CyclicLink, InputQuality};
 use crate::engine::meca500::{Engine, Event};
-use crate::time::Instant;
+use crate::time::{Duration, Instant};
 use crate::wire::WireError;
 use crate::wire::meca500::image::{INPUT_LEN, OUTPUT_LEN};
 
 /// Cycles in which the safe image is sent at the end of a run.
 const RELEASE_CYCLES: u32 = 10;
+
+/// Cycles in a row that make no sense before the first command, after which the run ends. Fewer than
+/// the engine waits before it sends anything.
+const IMPLAUSIBLE_CYCLES: u32 = 4;
 
 impl<const QUEUE: usize> Controller for Engine<QUEUE> {
     const OUTPUT_LEN: usize = OUTPUT_LEN;
@@ -34,8 +38,8 @@ impl<const QUEUE: usize> Controller for Engine<QUEUE> {
 /// How far a run has come.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Progress {
-    /// Time since the first cycle, in nanoseconds of the bus.
-    pub bus_time_ns: u64,
+    /// Time since the first cycle.
+    pub bus_time: Duration,
     /// What the run is at.
     pub phase: Phase,
     /// The first step that has not ended; the number of steps when all have.
@@ -77,10 +81,10 @@ pub fn drive<L: CyclicLink, P: Pace, const QUEUE: usize>(
     recording: &mut Recording,
     observer: &mut impl Observer,
 ) -> Result<Outcome, CycleError<L::Error>> {
-    let mut first = None;
+    let mut implausible = 0;
     let outcome = loop {
         let turn = periodic.turn(engine)?;
-        let first = *first.get_or_insert(turn.now);
+        let since_begin = recording.cycle(turn.now);
         let step = (runner.phase() == Phase::Running).then(|| runner.current_step());
         let is_interrupted = observer.is_interrupted();
         let outcome = runner.after_turn(engine, turn.now, is_interrupted, |event| {
@@ -92,17 +96,27 @@ pub fn drive<L: CyclicLink, P: Pace, const QUEUE: usize>(
         if let Some(seen) = seen {
             let counts = runner.counts();
             recording.record(Sample {
-                at: Instant::ZERO + (turn.now - first),
+                at: since_begin,
                 seen,
                 submitted: counts.submitted,
                 accepted: counts.accepted,
                 done: counts.done,
             });
         }
+        implausible = match seen {
+            Some(seen) if runner.counts().submitted == 0 && !seen.is_plausible() => implausible + 1,
+            _ => 0,
+        };
+        let outcome = match outcome {
+            None if implausible >= IMPLAUSIBLE_CYCLES => {
+                runner.give_up(engine, End::ImplausibleInputs, turn.now)
+            }
+            outcome => outcome,
+        };
         let statistics = periodic.statistics();
         if outcome.is_some() || observer.wants_progress(statistics.cycles) {
             observer.progress(&Progress {
-                bus_time_ns: (turn.now - first).as_nanos().try_into().unwrap_or(u64::MAX),
+                bus_time: since_begin,
                 phase: runner.phase(),
                 step: runner.current_step(),
                 seen,

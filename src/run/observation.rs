@@ -56,6 +56,18 @@ impl Observation {
         })
     }
 
+    /// Whether a Meca500 could have sent this: in the wrong byte order it nearly never could.
+    ///
+    /// FifoSpace is at most 13,000; joints and coordinates are zero, or neither tiny nor huge.
+    #[must_use]
+    pub fn is_plausible(&self) -> bool {
+        const LARGEST_FIFO_SPACE: u16 = 13_000;
+        let is_sane = |value: &f32| *value == 0.0 || (1e-20..1e6).contains(&value.abs());
+        let [wrf, trf] = &self.frames;
+        let mut reals = self.joints_deg.iter().chain(&self.pose).chain(wrf).chain(trf);
+        self.fifo_space <= LARGEST_FIFO_SPACE && reals.all(is_sane)
+    }
+
     /// How far the tool moved since `earlier`, in mm; 0 when a frame changed in between, because the
     /// pose then jumps without a motion.
     #[must_use]
@@ -96,6 +108,15 @@ mod tests {
             assert_eq!((seen.move_id_sent, seen.move_id_echoed), (0x0202, 0x0101), "{order}");
             assert_eq!(Observation::read(&inputs[1..], &outputs, order), None);
         }
+    }
+
+    #[test]
+    fn values_in_the_wrong_order_are_not_plausible() {
+        let sane = Observation { fifo_space: 13_000, pose: [190.0; 6], ..Observation::default() };
+        assert!(sane.is_plausible());
+        assert!(!Observation { fifo_space: 13_000_u16.swap_bytes(), ..sane }.is_plausible());
+        let swapped = f32::from_bits(190.0_f32.to_bits().swap_bytes());
+        assert!(!Observation { pose: [swapped; 6], ..sane }.is_plausible());
     }
 
     #[test]

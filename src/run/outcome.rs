@@ -44,6 +44,8 @@ pub enum End {
     ConnectionLost,
     /// No connection was made in time.
     NotConnected,
+    /// What arrives makes no sense in the byte order that was set; nothing was sent.
+    ImplausibleInputs,
     /// The byte order cannot be told from what arrives.
     ByteOrderUndecidable,
     /// Something else went wrong with the handshake.

@@ -14,7 +14,7 @@
 
 use std::prelude::v1::*;
 
-use super::pace::{Grid, Pace};
+use super::pace::{Beginning, Grid, Pace};
 use super::statistics::CycleStatistics;
 use crate::cycle::{CyclicLink, InputQuality};
 use crate::link::clock::MonotonicClock;
@@ -67,24 +67,23 @@ pub struct Turn {
 pub struct Periodic<L, P> {
     link: L,
     pace: P,
-    grid: Grid,
+    period: Duration,
+    grid: Option<Grid>,
     clock: MonotonicClock,
     outputs: Vec<u8>,
     inputs: Vec<u8>,
     statistics: CycleStatistics,
-    first_cycle: Instant,
 }
 
 impl<L: CyclicLink, P: Pace> Periodic<L, P> {
     /// A loop with the given `period` for a controller of type `C`; all memory is taken here.
     #[must_use]
     pub fn new<C: Controller>(link: L, pace: P, period: Duration) -> Self {
-        let first_cycle = pace.start();
         Self {
             link,
-            grid: Grid::new(first_cycle, period),
-            first_cycle,
             pace,
+            period,
+            grid: None,
             clock: MonotonicClock::new(),
             outputs: vec![0; C::OUTPUT_LEN],
             inputs: vec![0; C::INPUT_LEN],
@@ -101,7 +100,7 @@ impl<L: CyclicLink, P: Pace> Periodic<L, P> {
         &mut self,
         controller: &mut C,
     ) -> Result<Turn, CycleError<L::Error>> {
-        let beginning = self.grid.next(&mut self.pace);
+        let beginning = self.begin();
         self.statistics.record_beginning(beginning);
         let work_began = self.clock.now();
         let now = beginning.at;
@@ -115,6 +114,12 @@ impl<L: CyclicLink, P: Pace> Periodic<L, P> {
         Ok(Turn { now, quality })
     }
 
+    /// Waits for the next deadline; the first one is now.
+    fn begin(&mut self) -> Beginning {
+        let (pace, period) = (&mut self.pace, self.period);
+        self.grid.get_or_insert_with(|| Grid::new(pace.start(), period)).next(pace)
+    }
+
     /// Sends the safe image, which is all zero, for so many cycles without asking a controller.
     ///
     /// # Errors
@@ -123,16 +128,10 @@ impl<L: CyclicLink, P: Pace> Periodic<L, P> {
     pub fn release(&mut self, cycles: u32) -> Result<(), L::Error> {
         self.outputs.fill(0);
         for _ in 0..cycles {
-            let beginning = self.grid.next(&mut self.pace);
+            let beginning = self.begin();
             self.link.exchange(beginning.at, &self.outputs, &mut self.inputs)?;
         }
         Ok(())
-    }
-
-    /// When the first cycle was due.
-    #[must_use]
-    pub const fn first_cycle(&self) -> Instant {
-        self.first_cycle
     }
 
     /// The newest inputs.

@@ -4,13 +4,13 @@ use std::prelude::v1::*;
 
 use super::decimate::Decimated;
 use super::observation::Observation;
-use crate::time::Instant;
+use crate::time::{Duration, Instant};
 
 /// One cycle as a plot needs it.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample {
-    /// When the cycle began.
-    pub at: Instant,
+    /// When the cycle began, since the first one.
+    pub at: Duration,
     /// What the images said.
     pub seen: Observation,
     /// Commands given to the engine so far.
@@ -26,6 +26,7 @@ pub struct Sample {
 pub struct Recording {
     run: Decimated<Sample>,
     first_handshakes: Vec<Sample>,
+    begin: Option<Instant>,
     distance_mm: f64,
     previous: Option<Sample>,
     first_robot_time_us: Option<u64>,
@@ -43,11 +44,17 @@ impl Recording {
         Self {
             run: Decimated::with_capacity(RUN_SAMPLES),
             first_handshakes: Vec::with_capacity(HANDSHAKE_SAMPLES),
+            begin: None,
             distance_mm: 0.0,
             previous: None,
             first_robot_time_us: None,
             idle_move_id: None,
         }
+    }
+
+    /// Notes that a cycle began, whether it will be a sample or not; the time since the first one.
+    pub fn cycle(&mut self, now: Instant) -> Duration {
+        now - *self.begin.get_or_insert(now)
     }
 
     /// Takes a cycle. Does not allocate.
@@ -91,6 +98,12 @@ impl Recording {
     #[must_use]
     pub fn first_handshakes(&self) -> &[Sample] {
         &self.first_handshakes
+    }
+
+    /// When the first cycle of the run began; the origin of the samples' times.
+    #[must_use]
+    pub const fn begin(&self) -> Option<Instant> {
+        self.begin
     }
 
     /// Path length of the tool, in mm.

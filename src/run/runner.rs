@@ -186,6 +186,22 @@ impl<'p> Runner<'p> {
         }
     }
 
+    /// Ends the run for a reason the engine does not see.
+    pub fn give_up<const QUEUE: usize>(
+        &mut self,
+        engine: &mut Engine<QUEUE>,
+        end: End,
+        now: Instant,
+    ) -> Option<Outcome> {
+        if !matches!(self.stage, Stage::Stopping { .. } | Stage::Ended(_)) {
+            self.stop(engine, end, now);
+        }
+        match self.stage {
+            Stage::Ended(outcome) => Some(outcome),
+            _ => None,
+        }
+    }
+
     fn take<const QUEUE: usize>(&mut self, engine: &mut Engine<QUEUE>, event: Event, now: Instant) {
         match event {
             Event::Connected { .. } => {
@@ -302,6 +318,7 @@ impl<'p> Runner<'p> {
                 | End::Rebooted
                 | End::ConnectionLost
                 | End::NotConnected
+                | End::ImplausibleInputs
                 | End::ByteOrderUndecidable
         );
         if can_not_or_need_not || matches!(self.stage, Stage::Connecting { .. }) {
@@ -542,8 +559,9 @@ impl<'p> Runner<'p> {
     }
 }
 
-/// Reasons for waiting that nothing but another line of the program could end.
-const fn is_lasting(reason: WaitReason) -> bool {
+/// Whether nothing but another line of the program, or a person, could end the waiting.
+#[must_use]
+pub const fn is_lasting(reason: WaitReason) -> bool {
     !matches!(
         reason,
         WaitReason::FifoFull

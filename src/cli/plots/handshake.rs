@@ -32,7 +32,7 @@ pub(super) fn draw(program: &str, recording: &Recording) -> Result<String, PlotE
 
 /// Commands over the whole run.
 fn draw_run(area: &Area<'_>, samples: &[Sample]) -> Result<(), PlotError> {
-    let time = |sample: &Sample| sample.at.as_nanos() as f64 * 1e-9;
+    let time = |sample: &Sample| sample.at.as_secs_f64();
     let times = range(samples.iter().map(time), 1e-3);
     let most = samples.last().map_or(0, |sample| sample.submitted);
     let series: [(&str, Read<u32>); 3] = [

@@ -6,7 +6,7 @@ use plotters::prelude::*;
 
 use super::PlotError;
 use super::style::{FAINT, GREY, LABEL, SERIES, TITLE, at, px, range, shown, tick};
-use crate::run::recording::Recording;
+use crate::run::recording::{Recording, Sample};
 
 const SIZE: (u32, u32) = (1_000, 520);
 /// Room for the legend at the right.
@@ -14,8 +14,8 @@ const LEGEND: u32 = 110;
 
 pub(super) fn draw(program: &str, recording: &Recording) -> Result<String, PlotError> {
     let samples = recording.samples();
-    let time = |at: crate::time::Instant| at.as_nanos() as f64 * 1e-9;
-    let times = range(samples.iter().map(|sample| time(sample.at)), 1e-3);
+    let time = |sample: &Sample| sample.at.as_secs_f64();
+    let times = range(samples.iter().map(time), 1e-3);
     let degrees =
         range(samples.iter().flat_map(|sample| sample.seen.joints_deg.map(f64::from)), 10.0);
     let mut svg = String::new();
@@ -48,7 +48,7 @@ pub(super) fn draw(program: &str, recording: &Recording) -> Result<String, PlotE
         for (joint, (color, width)) in SERIES.iter().zip(widths).enumerate() {
             let points = samples.iter().filter_map(|sample| {
                 let degrees = f64::from(*sample.seen.joints_deg.get(joint)?);
-                Some((time(sample.at), degrees))
+                Some((time(sample), degrees))
             });
             chart.draw_series(LineSeries::new(points, color.stroke_width(px(width))))?;
             let y = 40 + 26 * i32::try_from(joint).unwrap_or(0);
