@@ -18,7 +18,7 @@ use super::readings::{
 use super::robot::VirtualRobot;
 use super::safety::Signal;
 use super::settings::CyclicBus;
-use super::{dynamic::DynamicSlots, handshake::Handshake};
+use super::{dynamic::DynamicSlots, handshake::Handshake, inputs::Place};
 use crate::cycle::CyclicDevice;
 use crate::time::Instant;
 use crate::wire::meca500::code::Code;
@@ -39,6 +39,7 @@ pub(super) struct CyclicFace {
     host_time: u32,
     pub(super) handshake: Handshake,
     pub(super) slots: DynamicSlots,
+    pub(super) place: Option<Place>,
 }
 
 /// The outputs of one cycle as plain values.
@@ -113,7 +114,9 @@ impl VirtualRobot {
             }
         };
         if !self.is_on_cyclic_bus() {
-            // Rebooting, or another protocol from now on: the last inputs stay.
+            // Rebooting, or another protocol from now on: the last inputs stay. What this cycle
+            // wrote into the handshake after the boot had emptied it is forgotten too.
+            self.forget_connection();
             return;
         }
         let Self { face, settings, variables, .. } = self;

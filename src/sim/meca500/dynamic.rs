@@ -84,21 +84,20 @@ pub(super) fn variable_id(ty: DynamicType) -> u16 {
 
 /// The type after `ty` in the rotation, and whether the rotation began anew.
 fn after(ty: DynamicType, readings: &Readings, variables: &Variables) -> (DynamicType, bool) {
-    let takes_part = |candidate: DynamicType| {
-        is_reported(candidate) || readings.unavailable_in_rotation == UnavailableInRotation::Present
-    };
-    let table = || {
+    let unavailable = readings.unavailable_in_rotation == UnavailableInRotation::Present;
+    let table = |above: DynamicType| {
         DYNAMIC_TYPES
             .iter()
-            .filter(|spec| spec.id != DynamicType::AUTOMATIC && !spec.id.is_variable())
-            .flat_map(|spec| (spec.id.0..=spec.last_id.0).map(DynamicType))
-            .filter(|candidate| takes_part(*candidate))
+            .filter(move |spec| spec.last_id > above && !spec.id.is_variable())
+            .find(|spec| unavailable || is_reported(spec))
+            .map(|spec| DynamicType(spec.id.0.max(above.0 + 1)))
     };
     let variables = || {
         let present = readings.variables_in_rotation == VariablesInRotation::Present;
-        variables.ids().filter(move |_| present).map(|id| DynamicType(id.into()))
+        let mut ids = variables.ids().filter(|_| present).map(|id| DynamicType(id.into()));
+        ids.find(|id| *id > ty)
     };
-    let next = table().find(|id| *id > ty).or_else(|| variables().find(|id| *id > ty));
+    let next = table(ty).or_else(variables);
     let wrapped = next.is_none() && ty != DynamicType::AUTOMATIC;
-    (next.or_else(|| table().next()).unwrap_or(ty), wrapped)
+    (next.or_else(|| table(DynamicType::AUTOMATIC)).unwrap_or(ty), wrapped)
 }

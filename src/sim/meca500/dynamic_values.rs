@@ -13,14 +13,14 @@ use super::robot::VirtualRobot;
 use super::settings::FittedTool;
 use super::torque;
 use super::zones::Object;
-use crate::wire::meca500::dynamic::DynamicType as Type;
+use crate::wire::meca500::dynamic::{DynamicType as Type, DynamicTypeSpec};
 
 /// Accelerometer steps for each standard gravity. Source: PM L1352.
 const STEPS_PER_GRAVITY: f64 = 16_000.0;
 
 /// Whether this robot reports the type in its rotation.
-pub(super) fn is_reported(ty: Type) -> bool {
-    ty.spec().is_some_and(|spec| spec.available == Some(true) && spec.in_rotation == Some(true))
+pub(super) fn is_reported(spec: &DynamicTypeSpec) -> bool {
+    spec.available == Some(true) && spec.in_rotation == Some(true) && spec.id != Type::AUTOMATIC
 }
 
 fn narrow(values: Joints) -> [f32; 6] {

@@ -1,6 +1,6 @@
 //! Writing the 252 bytes. Source: PM Tables 13 to 25.
 
-use super::kinematics::{Configuration, turn_of};
+use super::kinematics::{Configuration, Frames, Joints, turn_of};
 use super::lifecycle::Lifecycle;
 use super::readings::HomedInRecovery;
 use super::robot::VirtualRobot;
@@ -12,14 +12,23 @@ use crate::wire::meca500::image::{
 };
 use crate::wire::order::ImageOrder;
 
+/// Where the arm is, in joints and as a pose.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place {
+    joints: Joints,
+    frames: Frames,
+    pose: [f32; 6],
+    configuration: Configuration,
+}
+
 impl VirtualRobot {
     /// Writes the inputs of this cycle; a slice of another length is left as it is.
-    pub(super) fn write_inputs<O: ImageOrder>(&self, shown: &[DynamicType; 4], bytes: &mut [u8]) {
+    pub(super) fn write_inputs<O: ImageOrder>(&mut self, shown: &[DynamicType; 4], bytes: &mut [u8]) {
         let Ok(image) = InputImage::<O>::from_bytes_mut(bytes) else { return };
         image.robot_status.flags.set_raw(self.robot_status_flags());
         image.robot_status.error_code.set(self.error_code().0);
 
-        let readings = &self.settings.readings;
+        let readings = self.settings.readings;
         let status = &mut image.motion_status;
         status.checkpoint_reached.set(self.checkpoint_reached);
         status.checkpoint_discarded.set(self.checkpoint_discarded);
@@ -29,15 +38,14 @@ impl VirtualRobot {
         status.flags.set_raw(self.motion_status_flags());
         status.offline_program_id.set(self.program);
 
-        let joints = self.target_joints();
+        let place = self.place();
+        let joints = place.joints;
         for (slot, joint) in image.target_joint_set.joint.iter_mut().zip(joints) {
             slot.set(joint as f32);
         }
-        let frames = &self.motion_settings.frames;
-        let [x, y, z, alpha, beta, gamma] =
-            frames.tool_of_joints(&joints).to_xyz_euler().map(|value| value as f32);
+        let [x, y, z, alpha, beta, gamma] = place.pose;
         image.target_end_effector_pose.set_values(&PoseBlockValues { x, y, z, alpha, beta, gamma });
-        let configuration = Configuration::of(&joints);
+        let configuration = place.configuration;
         image.target_configuration.shoulder = configuration.shoulder;
         image.target_configuration.elbow = configuration.elbow;
         image.target_configuration.wrist = configuration.wrist;
@@ -53,7 +61,7 @@ impl VirtualRobot {
 
         let revision = self.settings.revision;
         let safety = &mut image.safety_status;
-        safety.signals.set_raw(self.safety.signals(readings));
+        safety.signals.set_raw(self.safety.signals(&readings));
         safety.resettable.set_raw(self.safety.resettable(revision));
         safety.operation_mode = 0;
         safety.power.set_raw(self.safety.power(revision));
@@ -68,6 +76,22 @@ impl VirtualRobot {
         if self.settings.layout == FirmwareLayout::V10_2 {
             self.adapt_to_10_2(image);
         }
+    }
+
+    /// Where the arm is; worked out anew only when it moved or a frame changed.
+    fn place(&mut self) -> Place {
+        let joints = self.target_joints();
+        let frames = self.motion_settings.frames;
+        if let Some(place) = self.face.place
+            && place.joints == joints
+            && place.frames == frames
+        {
+            return place;
+        }
+        let pose = frames.tool_of_joints(&joints).to_xyz_euler().map(|value| value as f32);
+        let place = Place { joints, frames, pose, configuration: Configuration::of(&joints) };
+        self.face.place = Some(place);
+        place
     }
 
     /// One 32-bit checkpoint, no MonitoringMode.

@@ -147,7 +147,10 @@ fn collision(chain: &Chain, spheres: &[Option<Sphere>; 2]) -> Option<[Object; 2]
     }
     for (capsule, id) in [(base, 0), (upper_arm, 2)] {
         let (from, to, radius) = capsule;
-        if segments(from, to, hand.0, hand.1) < radius + hand.2 {
+        // The hand's middle is near before the hand is: most arms are done here.
+        let reach = (hand.1 - hand.0).length() / 2.0 + radius + hand.2;
+        let is_near = point_to_segment((hand.0 + hand.1) / 2.0, from, to) < reach;
+        if is_near && segments(from, to, hand.0, hand.1) < radius + hand.2 {
             return Some([link(id), link(6)]);
         }
     }
