@@ -60,17 +60,47 @@ const RULES: &[(u16, Cover)] = &[
     (26, Text),
     (27, Text),
     (28, Tests(&["queued_commands_run_first_in_first_out"])),
-    (29, Tests(&["start_program_is_immediate_or_queued", "time_scaling_scales_moves_delays_and_timeouts_at_once"])),
+    (
+        29,
+        Tests(&[
+            "start_program_is_immediate_or_queued",
+            "time_scaling_scales_moves_delays_and_timeouts_at_once",
+        ]),
+    ),
     (30, Tests(&["settings_take_effect_in_their_turn"])),
     (31, Tests(&["settings_take_effect_in_their_turn"])),
-    (32, Tests(&["deactivation_sets_motion_settings_back_and_discards_checkpoints", "reboot_needs_a_deactivated_robot_and_forgets_all_but_persistent_settings"])),
+    (
+        32,
+        Tests(&[
+            "deactivation_sets_motion_settings_back_and_discards_checkpoints",
+            "reboot_needs_a_deactivated_robot_and_forgets_all_but_persistent_settings",
+        ]),
+    ),
     (33, Tests(&["reboot_needs_a_deactivated_robot_and_forgets_all_but_persistent_settings"])),
     (34, Tests(&["deactivation_sets_motion_settings_back_and_discards_checkpoints"])),
     (35, Text),
-    (36, Tests(&["refusals_have_the_codes_of_the_manual", "an_error_clears_the_queue_and_refuses_until_reset_and_resume"])),
-    (37, Tests(&["recovery_mode_moves_an_unhomed_robot_slowly", "refusals_have_the_codes_of_the_manual"])),
+    (
+        36,
+        Tests(&[
+            "refusals_have_the_codes_of_the_manual",
+            "an_error_clears_the_queue_and_refuses_until_reset_and_resume",
+        ]),
+    ),
+    (
+        37,
+        Tests(&[
+            "recovery_mode_moves_an_unhomed_robot_slowly",
+            "refusals_have_the_codes_of_the_manual",
+        ]),
+    ),
     (38, Tests(&["an_error_clears_the_queue_and_refuses_until_reset_and_resume"])),
-    (39, Tests(&["queue_parameters_are_reported_with_their_defaults", "a_gripper_opens_closes_and_reports"])),
+    (
+        39,
+        Tests(&[
+            "queue_parameters_are_reported_with_their_defaults",
+            "a_gripper_opens_closes_and_reports",
+        ]),
+    ),
     (40, Tests(&["queue_parameters_are_reported_with_their_defaults"])),
     (41, Tests(&["queue_parameters_are_reported_with_their_defaults"])),
     (42, Tests(&["the_images_follow_the_byte_order_of_the_settings"])),
@@ -79,14 +109,32 @@ const RULES: &[(u16, Cover)] = &[
     (45, Text),
     (46, Caller),
     (47, Caller),
-    (48, Tests(&["pause_keeps_the_trajectory_and_resume_takes_it_up", "simulation_changes_only_while_deactivated_and_without_a_stop"])),
+    (
+        48,
+        Tests(&[
+            "pause_keeps_the_trajectory_and_resume_takes_it_up",
+            "simulation_changes_only_while_deactivated_and_without_a_stop",
+        ]),
+    ),
     (49, Tests(&["a_robot_activates_homes_and_moves"])),
-    (50, Tests(&["a_held_activate_bit_acts_again_as_a_level_and_not_as_an_edge", "resume_acts_on_its_rising_edge_only"])),
+    (
+        50,
+        Tests(&[
+            "a_held_activate_bit_acts_again_as_a_level_and_not_as_an_edge",
+            "resume_acts_on_its_rising_edge_only",
+        ]),
+    ),
     (51, Bus),
     (52, Tests(&["monitoring_only_shows_and_does_not_obey"])),
     (53, Tests(&["busy_is_set_only_while_activating_homing_and_deactivating"])),
     (54, Tests(&["deactivate_wins_over_activate"])),
-    (55, Tests(&["busy_is_set_only_while_activating_homing_and_deactivating", "home_is_ignored_when_not_needed_but_answered"])),
+    (
+        55,
+        Tests(&[
+            "busy_is_set_only_while_activating_homing_and_deactivating",
+            "home_is_ignored_when_not_needed_but_answered",
+        ]),
+    ),
     (56, Tests(&["an_error_clears_the_queue_and_refuses_until_reset_and_resume"])),
     (57, Tests(&["simulation_changes_only_while_deactivated_and_without_a_stop"])),
     (58, Tests(&["recovery_mode_moves_an_unhomed_robot_slowly"])),
@@ -97,20 +145,45 @@ const RULES: &[(u16, Cover)] = &[
     (63, Tests(&["planning_errors_have_the_codes_of_the_manual"])),
     (64, Tests(&["a_stream_is_accepted_at_one_command_a_cycle"])),
     (65, Tests(&["nothing_is_looked_at_while_set_point_is_0"])),
-    (66, Tests(&["the_same_move_id_sends_a_command_once", "a_velocity_lasts_while_set_point_is_1_and_changes_at_once"])),
+    (
+        66,
+        Tests(&[
+            "the_same_move_id_sends_a_command_once",
+            "a_velocity_lasts_while_set_point_is_1_and_changes_at_once",
+        ]),
+    ),
     (67, Caller),
     (68, Caller),
-    (69, Tests(&["the_same_move_id_sends_a_command_once", "the_first_command_is_triggered_as_the_reading_says"])),
+    (
+        69,
+        Tests(&[
+            "the_same_move_id_sends_a_command_once",
+            "the_first_command_is_triggered_as_the_reading_says",
+        ]),
+    ),
     (70, Tests(&["the_first_command_is_triggered_as_the_reading_says"])),
     (71, Tests(&["time_scaling_scales_moves_delays_and_timeouts_at_once"])),
     (72, Tests(&["a_stream_is_accepted_at_one_command_a_cycle"])),
     (73, Caller),
     (74, Caller),
-    (75, Tests(&["pause_keeps_the_trajectory_and_resume_takes_it_up", "clear_empties_the_queue_discards_checkpoints_and_needs_resume"])),
+    (
+        75,
+        Tests(&[
+            "pause_keeps_the_trajectory_and_resume_takes_it_up",
+            "clear_empties_the_queue_discards_checkpoints_and_needs_resume",
+        ]),
+    ),
     (76, Tests(&["a_velocity_lasts_while_set_point_is_1_and_changes_at_once"])),
     (77, Tests(&["a_velocity_lasts_while_set_point_is_1_and_changes_at_once"])),
     (78, Tests(&["a_velocity_lasts_while_set_point_is_1_and_changes_at_once"])),
-    (79, Tests(&["set_point_0_stops_at_once_or_after_the_timeout", "pause_and_clear_stop_a_velocity_motion", "a_velocity_lasts_while_set_point_is_1_and_changes_at_once"])),
+    (
+        79,
+        Tests(&[
+            "set_point_0_stops_at_once_or_after_the_timeout",
+            "pause_and_clear_stop_a_velocity_motion",
+            "a_velocity_lasts_while_set_point_is_1_and_changes_at_once",
+        ]),
+    ),
     (80, Caller),
     (81, Tests(&["a_move_with_move_id_0_floods_the_queue"])),
     (82, Tests(&["no_movement_is_acknowledged_as_the_reading_says"])),
@@ -129,24 +202,77 @@ const RULES: &[(u16, Cover)] = &[
     (95, Tests(&["blending_rounds_corners_between_moves_of_one_kind"])),
     (96, Tests(&["a_checkpoint_is_reached_when_the_motion_before_it_is_done"])),
     (97, Tests(&["a_checkpoint_is_reached_when_the_motion_before_it_is_done"])),
-    (98, Tests(&["clear_empties_the_queue_discards_checkpoints_and_needs_resume", "deactivation_sets_motion_settings_back_and_discards_checkpoints", "an_error_clears_the_queue_and_refuses_until_reset_and_resume", "p_stop2_in_clear_mode_clears_and_refuses_until_resumed"])),
+    (
+        98,
+        Tests(&[
+            "clear_empties_the_queue_discards_checkpoints_and_needs_resume",
+            "deactivation_sets_motion_settings_back_and_discards_checkpoints",
+            "an_error_clears_the_queue_and_refuses_until_reset_and_resume",
+            "p_stop2_in_clear_mode_clears_and_refuses_until_resumed",
+        ]),
+    ),
     (99, Tests(&["a_checkpoint_is_reached_when_the_motion_before_it_is_done"])),
     (100, Tests(&["pause_keeps_the_trajectory_and_resume_takes_it_up"])),
     (101, Text),
     (102, Tests(&["pause_keeps_the_trajectory_and_resume_takes_it_up"])),
     (103, Tests(&["clear_empties_the_queue_discards_checkpoints_and_needs_resume"])),
     (104, Tests(&["clear_empties_the_queue_discards_checkpoints_and_needs_resume"])),
-    (105, Tests(&["clear_empties_the_queue_discards_checkpoints_and_needs_resume", "deactivation_sets_motion_settings_back_and_discards_checkpoints", "p_stop2_in_clear_mode_clears_and_refuses_until_resumed"])),
-    (106, Tests(&["resume_acts_on_its_rising_edge_only", "pause_keeps_the_trajectory_and_resume_takes_it_up"])),
-    (107, Tests(&["p_stop2_in_clear_mode_clears_and_refuses_until_resumed", "a_work_zone_breach_follows_its_severity", "an_imminent_collision_follows_its_severity"])),
-    (108, Tests(&["pause_keeps_the_trajectory_and_resume_takes_it_up", "torque_limits_follow_severity_and_detection", "p_stop2_in_pause_mode_keeps_the_queue_and_takes_commands"])),
-    (109, Tests(&["pause_keeps_the_trajectory_and_resume_takes_it_up", "deactivation_sets_motion_settings_back_and_discards_checkpoints"])),
-    (110, Tests(&["clear_empties_the_queue_discards_checkpoints_and_needs_resume", "an_error_clears_the_queue_and_refuses_until_reset_and_resume"])),
+    (
+        105,
+        Tests(&[
+            "clear_empties_the_queue_discards_checkpoints_and_needs_resume",
+            "deactivation_sets_motion_settings_back_and_discards_checkpoints",
+            "p_stop2_in_clear_mode_clears_and_refuses_until_resumed",
+        ]),
+    ),
+    (
+        106,
+        Tests(&[
+            "resume_acts_on_its_rising_edge_only",
+            "pause_keeps_the_trajectory_and_resume_takes_it_up",
+        ]),
+    ),
+    (
+        107,
+        Tests(&[
+            "p_stop2_in_clear_mode_clears_and_refuses_until_resumed",
+            "a_work_zone_breach_follows_its_severity",
+            "an_imminent_collision_follows_its_severity",
+        ]),
+    ),
+    (
+        108,
+        Tests(&[
+            "pause_keeps_the_trajectory_and_resume_takes_it_up",
+            "torque_limits_follow_severity_and_detection",
+            "p_stop2_in_pause_mode_keeps_the_queue_and_takes_commands",
+        ]),
+    ),
+    (
+        109,
+        Tests(&[
+            "pause_keeps_the_trajectory_and_resume_takes_it_up",
+            "deactivation_sets_motion_settings_back_and_discards_checkpoints",
+        ]),
+    ),
+    (
+        110,
+        Tests(&[
+            "clear_empties_the_queue_discards_checkpoints_and_needs_resume",
+            "an_error_clears_the_queue_and_refuses_until_reset_and_resume",
+        ]),
+    ),
     (111, Tests(&["commands_sent_while_paused_are_added_at_the_end"])),
     (112, Tests(&["an_error_while_paused_clears_the_motion"])),
     (113, Tests(&["pause_and_clear_need_a_robot_ready_for_motion"])),
     (114, Text),
-    (115, Tests(&["planning_errors_have_the_codes_of_the_manual", "torque_limits_follow_severity_and_detection"])),
+    (
+        115,
+        Tests(&[
+            "planning_errors_have_the_codes_of_the_manual",
+            "torque_limits_follow_severity_and_detection",
+        ]),
+    ),
     (116, Tests(&["an_error_clears_the_queue_and_refuses_until_reset_and_resume"])),
     (117, Tests(&["an_error_clears_the_queue_and_refuses_until_reset_and_resume"])),
     (118, Text),
@@ -158,15 +284,33 @@ const RULES: &[(u16, Cover)] = &[
     (124, Text),
     (125, Tests(&["p_stop2_in_clear_mode_clears_and_refuses_until_resumed"])),
     (126, Tests(&["p_stop2_in_clear_mode_clears_and_refuses_until_resumed"])),
-    (127, Tests(&["p_stop2_in_clear_mode_clears_and_refuses_until_resumed", "p_stop2_in_pause_mode_keeps_the_queue_and_takes_commands"])),
+    (
+        127,
+        Tests(&[
+            "p_stop2_in_clear_mode_clears_and_refuses_until_resumed",
+            "p_stop2_in_pause_mode_keeps_the_queue_and_takes_commands",
+        ]),
+    ),
     (128, Tests(&["p_stop2_in_clear_mode_clears_and_refuses_until_resumed"])),
-    (129, Tests(&["p_stop2_in_clear_mode_clears_and_refuses_until_resumed", "p_stop2_in_pause_mode_keeps_the_queue_and_takes_commands"])),
+    (
+        129,
+        Tests(&[
+            "p_stop2_in_clear_mode_clears_and_refuses_until_resumed",
+            "p_stop2_in_pause_mode_keeps_the_queue_and_takes_commands",
+        ]),
+    ),
     (130, Text),
     (131, Tests(&["e_stop_on_revision_4_stops_cuts_power_and_deactivates"])),
     (132, Tests(&["e_stop_on_revision_3_shuts_down"])),
     (133, Tests(&["e_stop_on_revision_4_stops_cuts_power_and_deactivates"])),
     (134, Tests(&["e_stop_on_revision_4_stops_cuts_power_and_deactivates"])),
-    (135, Tests(&["e_stop_on_revision_4_stops_cuts_power_and_deactivates", "after_an_e_stop_a_gripper_is_homed_again_alone"])),
+    (
+        135,
+        Tests(&[
+            "e_stop_on_revision_4_stops_cuts_power_and_deactivates",
+            "after_an_e_stop_a_gripper_is_homed_again_alone",
+        ]),
+    ),
     (136, Tests(&["losing_the_connection_follows_the_reading"])),
     (137, Text),
     (138, Text),
@@ -175,8 +319,20 @@ const RULES: &[(u16, Cover)] = &[
     (141, Bus),
     (142, Tests(&["reboot_needs_a_deactivated_robot_and_forgets_all_but_persistent_settings"])),
     (143, Tests(&["a_redundancy_mismatch_of_a_second_needs_a_reboot"])),
-    (144, Tests(&["e_stop_on_revision_3_shuts_down", "e_stop_on_revision_4_stops_cuts_power_and_deactivates"])),
-    (145, Tests(&["p_stop2_in_clear_mode_clears_and_refuses_until_resumed", "losing_the_connection_follows_the_reading"])),
+    (
+        144,
+        Tests(&[
+            "e_stop_on_revision_3_shuts_down",
+            "e_stop_on_revision_4_stops_cuts_power_and_deactivates",
+        ]),
+    ),
+    (
+        145,
+        Tests(&[
+            "p_stop2_in_clear_mode_clears_and_refuses_until_resumed",
+            "losing_the_connection_follows_the_reading",
+        ]),
+    ),
     (146, Absent),
     (147, Text),
     (148, Tests(&["brakes_follow_activation_and_obey_only_when_allowed_and_deactivated"])),
@@ -203,7 +359,13 @@ const RULES: &[(u16, Cover)] = &[
     (169, Tests(&["simulation_changes_only_while_deactivated_and_without_a_stop"])),
     (170, Text),
     (171, Tests(&["fast_simulation_executes_as_quickly_as_possible"])),
-    (172, Tests(&["simulation_changes_only_while_deactivated_and_without_a_stop", "fast_simulation_executes_as_quickly_as_possible"])),
+    (
+        172,
+        Tests(&[
+            "simulation_changes_only_while_deactivated_and_without_a_stop",
+            "fast_simulation_executes_as_quickly_as_possible",
+        ]),
+    ),
     (173, Text),
     (174, Tests(&["simulation_changes_only_while_deactivated_and_without_a_stop"])),
     (175, Tests(&["brakes_follow_activation_and_obey_only_when_allowed_and_deactivated"])),
@@ -221,7 +383,13 @@ const RULES: &[(u16, Cover)] = &[
     (187, Tests(&["queue_parameters_are_reported_with_their_defaults"])),
     (188, Tests(&["identity_types_say_who_the_robot_is"])),
     (189, Tests(&["queue_parameters_are_reported_with_their_defaults"])),
-    (190, Tests(&["a_gripper_opens_closes_and_reports", "valves_open_close_and_close_on_deactivation"])),
+    (
+        190,
+        Tests(&[
+            "a_gripper_opens_closes_and_reports",
+            "valves_open_close_and_close_on_deactivation",
+        ]),
+    ),
     (191, Tests(&["user_limits_apply_only_when_enabled"])),
     (192, Tests(&["variables_are_set_by_their_id_and_read_as_dynamic_types"])),
     (193, Tests(&["variables_may_be_set_in_any_state_and_survive_a_reboot"])),
@@ -251,7 +419,13 @@ const RULES: &[(u16, Cover)] = &[
     (217, Tests(&["a_linear_move_keeps_the_line_and_its_velocity"])),
     (218, Tests(&["planning_errors_have_the_codes_of_the_manual"])),
     (219, Tests(&["move_pose_takes_the_desired_posture_and_all_eight_exist"])),
-    (220, Tests(&["many_turns_are_the_same_orientation", "alpha_is_zero_where_beta_is_a_right_angle"])),
+    (
+        220,
+        Tests(&[
+            "many_turns_are_the_same_orientation",
+            "alpha_is_zero_where_beta_is_a_right_angle",
+        ]),
+    ),
     (221, Tests(&["set_auto_conf_0_takes_the_configuration_at_its_place"])),
     (222, Tests(&["set_auto_conf_0_takes_the_configuration_at_its_place"])),
     (223, Tests(&["set_auto_conf_0_takes_the_configuration_at_its_place"])),
@@ -259,50 +433,159 @@ const RULES: &[(u16, Cover)] = &[
     (225, Tests(&["planning_errors_have_the_codes_of_the_manual"])),
     (226, Motion),
     (227, Tests(&["the_turn_of_joint_6_is_reported_and_bounded"])),
-    (228, Tests(&["blending_rounds_corners_between_moves_of_one_kind", "moves_of_two_kinds_never_blend_and_acceleration_settings_stop_the_robot"])),
+    (
+        228,
+        Tests(&[
+            "blending_rounds_corners_between_moves_of_one_kind",
+            "moves_of_two_kinds_never_blend_and_acceleration_settings_stop_the_robot",
+        ]),
+    ),
     (229, Tests(&["moves_of_two_kinds_never_blend_and_acceleration_settings_stop_the_robot"])),
-    (230, Tests(&["joint_velocity_sets_the_pace_and_its_limit_caps_it", "the_joint_velocity_limit_limits_or_scales"])),
+    (
+        230,
+        Tests(&[
+            "joint_velocity_sets_the_pace_and_its_limit_caps_it",
+            "the_joint_velocity_limit_limits_or_scales",
+        ]),
+    ),
     (231, Tests(&["velocities_of_the_manual_example", "percentages_above_100_need_a_revision_4"])),
     (232, Tests(&["a_linear_move_keeps_the_line_and_its_velocity"])),
     (233, Tests(&["time_based_moves_keep_their_duration_or_follow_the_severity"])),
-    (234, Tests(&["time_based_moves_keep_their_duration_or_follow_the_severity", "planning_errors_have_the_codes_of_the_manual"])),
+    (
+        234,
+        Tests(&[
+            "time_based_moves_keep_their_duration_or_follow_the_severity",
+            "planning_errors_have_the_codes_of_the_manual",
+        ]),
+    ),
     (235, Tests(&["eob_waits_for_a_delay_and_eom_does_not"])),
     (236, Tests(&["payload_is_queued_and_reported_and_changes_the_torque"])),
     (237, Tests(&["calibration_is_configured_while_deactivated"])),
-    (238, Tests(&["a_new_velocity_command_replaces_the_one_before_and_restarts_the_timeout", "a_velocity_command_with_a_move_id_follows_the_reading"])),
+    (
+        238,
+        Tests(&[
+            "a_new_velocity_command_replaces_the_one_before_and_restarts_the_timeout",
+            "a_velocity_command_with_a_move_id_follows_the_reading",
+        ]),
+    ),
     (239, Tests(&["set_point_0_stops_at_once_or_after_the_timeout"])),
     (240, Tests(&["checkpoints_and_the_gripper_pass_a_velocity_motion_and_moves_wait"])),
-    (241, Tests(&["a_joint_limit_stops_without_an_error", "a_linear_velocity_moves_the_tool_and_stops_at_the_edge_of_reach"])),
+    (
+        241,
+        Tests(&[
+            "a_joint_limit_stops_without_an_error",
+            "a_linear_velocity_moves_the_tool_and_stops_at_the_edge_of_reach",
+        ]),
+    ),
     (242, Tests(&["a_tool_velocity_is_reduced_so_that_no_joint_exceeds_its_limit"])),
     (243, Tests(&["time_scaling_scales_moves_delays_and_timeouts_at_once"])),
     (244, Text),
     (245, Tests(&["torque_limits_need_homing"])),
-    (246, Tests(&["torque_limits_follow_severity_and_detection", "detection_1_ignores_accelerations"])),
+    (
+        246,
+        Tests(&[
+            "torque_limits_follow_severity_and_detection",
+            "detection_1_ignores_accelerations",
+        ]),
+    ),
     (247, Tests(&["torque_limits_follow_severity_and_detection"])),
     (248, Tests(&["torque_limits_follow_severity_and_detection"])),
-    (249, Tests(&["refusals_have_the_codes_of_the_manual", "a_work_zone_breach_follows_its_severity"])),
-    (250, Tests(&["a_work_zone_breach_follows_its_severity", "the_tool_sphere_widens_what_must_stay_inside"])),
-    (251, Tests(&["a_work_zone_breach_follows_its_severity", "an_imminent_collision_follows_its_severity"])),
+    (
+        249,
+        Tests(&[
+            "refusals_have_the_codes_of_the_manual",
+            "a_work_zone_breach_follows_its_severity",
+        ]),
+    ),
+    (
+        250,
+        Tests(&[
+            "a_work_zone_breach_follows_its_severity",
+            "the_tool_sphere_widens_what_must_stay_inside",
+        ]),
+    ),
+    (
+        251,
+        Tests(&[
+            "a_work_zone_breach_follows_its_severity",
+            "an_imminent_collision_follows_its_severity",
+        ]),
+    ),
     (252, Tests(&["work_zone_commands_need_good_corners_and_restore_the_factory"])),
-    (253, Tests(&["queue_parameters_are_reported_with_their_defaults", "the_tool_sphere_widens_what_must_stay_inside"])),
+    (
+        253,
+        Tests(&[
+            "queue_parameters_are_reported_with_their_defaults",
+            "the_tool_sphere_widens_what_must_stay_inside",
+        ]),
+    ),
     (254, Tests(&["a_large_tool_sphere_always_meets_the_yoke"])),
-    (255, Tests(&["a_work_zone_breach_follows_its_severity", "an_imminent_collision_follows_its_severity"])),
-    (256, Tests(&["a_work_zone_breach_follows_its_severity", "the_tool_sphere_widens_what_must_stay_inside", "an_imminent_collision_follows_its_severity"])),
+    (
+        255,
+        Tests(&[
+            "a_work_zone_breach_follows_its_severity",
+            "an_imminent_collision_follows_its_severity",
+        ]),
+    ),
+    (
+        256,
+        Tests(&[
+            "a_work_zone_breach_follows_its_severity",
+            "the_tool_sphere_widens_what_must_stay_inside",
+            "an_imminent_collision_follows_its_severity",
+        ]),
+    ),
     (257, Statement),
-    (258, Tests(&["user_limits_apply_only_when_enabled", "user_limits_stay_within_the_model_and_leave_25_degrees"])),
+    (
+        258,
+        Tests(&[
+            "user_limits_apply_only_when_enabled",
+            "user_limits_stay_within_the_model_and_leave_25_degrees",
+        ]),
+    ),
     (259, Tests(&["user_limits_apply_only_when_enabled"])),
-    (260, Tests(&["user_limits_apply_only_when_enabled", "the_turn_of_joint_6_is_reported_and_bounded"])),
+    (
+        260,
+        Tests(&[
+            "user_limits_apply_only_when_enabled",
+            "the_turn_of_joint_6_is_reported_and_bounded",
+        ]),
+    ),
     (261, Tests(&["a_gripper_command_runs_in_parallel_from_the_deceleration_on"])),
-    (262, Tests(&["gripper_commands_keep_joint_moves_blending_and_stop_linear_ones", "valves_do_not_stop_the_robot"])),
+    (
+        262,
+        Tests(&[
+            "gripper_commands_keep_joint_moves_blending_and_stop_linear_ones",
+            "valves_do_not_stop_the_robot",
+        ]),
+    ),
     (263, Caller),
-    (264, Tests(&["a_gripper_opens_closes_and_reports", "finger_velocity_above_100_needs_full_force"])),
-    (265, Tests(&["a_part_between_the_fingers_is_held", "the_range_redefines_open_and_close_but_not_move_gripper"])),
+    (
+        264,
+        Tests(&[
+            "a_gripper_opens_closes_and_reports",
+            "finger_velocity_above_100_needs_full_force",
+        ]),
+    ),
+    (
+        265,
+        Tests(&[
+            "a_part_between_the_fingers_is_held",
+            "the_range_redefines_open_and_close_but_not_move_gripper",
+        ]),
+    ),
     (266, Tests(&["refusals_have_the_codes_of_the_manual"])),
     (267, Tests(&["the_range_redefines_open_and_close_but_not_move_gripper"])),
     (268, Tests(&["a_gripper_opens_closes_and_reports", "a_part_between_the_fingers_is_held"])),
     (269, Tests(&["valves_open_close_and_close_on_deactivation"])),
     (270, Text),
-    (271, Tests(&["missing_and_invalid_programs_have_their_codes", "a_program_runs_once_and_is_reported_while_it_runs"])),
+    (
+        271,
+        Tests(&[
+            "missing_and_invalid_programs_have_their_codes",
+            "a_program_runs_once_and_is_reported_while_it_runs",
+        ]),
+    ),
     (272, Tests(&["a_program_runs_once_and_is_reported_while_it_runs"])),
     (273, Tests(&["a_program_runs_once_and_is_reported_while_it_runs"])),
     (274, Tests(&["missing_and_invalid_programs_have_their_codes"])),
@@ -339,7 +622,8 @@ fn every_named_test_exists() {
 
 #[test]
 fn most_rules_that_the_images_show_are_covered() {
-    let covered = RULES.iter().filter(|(_, cover)| matches!(cover, Tests(names) if !names.is_empty()));
+    let covered =
+        RULES.iter().filter(|(_, cover)| matches!(cover, Tests(names) if !names.is_empty()));
     let text = RULES.iter().filter(|(_, cover)| matches!(cover, Text | Bus)).count();
     assert!(covered.count() * 100 >= (RULES.len() - text) * 90);
 }

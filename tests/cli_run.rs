@@ -208,7 +208,7 @@ fn bad_usage_says_what_would_be_right() {
             &["--link", "usb"],
             "for now there is only sim; ethercat, enip, profinet and tcp are coming",
         ),
-        (&["--cycle-us", "0"], "0 is not in 100..=1000000"),
+        (&["--cycle-us", "0"], "0 is not in 100..=100000"),
         (&["--byte-order", "middle"], "possible values: auto, big, little"),
         (&["--revision", "R5"], "possible values: R3, R4"),
     ];

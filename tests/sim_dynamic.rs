@@ -124,7 +124,8 @@ fn an_unknown_type_follows_the_reading() {
 
 #[test]
 fn identity_types_say_who_the_robot_is() {
-    let mut cell = Cell::new(RobotSettings { serial_number: 4_294_967_001, ..RobotSettings::default() });
+    let mut cell =
+        Cell::new(RobotSettings { serial_number: 4_294_967_001, ..RobotSettings::default() });
     assert_eq!(cell.read(1), [11.0, 3.0, 84.0, 0.0, 0.0, 0.0]);
     assert_eq!(cell.read(2)[0], 4.0);
     let serial = cell.read(3);
@@ -201,14 +202,16 @@ fn the_accelerometer_feels_gravity() {
 
 #[test]
 fn type_52_names_the_emulated_or_the_fitted_tool() {
-    for (reading, expected) in [(ExternalToolType::Emulated, 10.0), (ExternalToolType::Fitted, 0.0)] {
+    for (reading, expected) in [(ExternalToolType::Emulated, 10.0), (ExternalToolType::Fitted, 0.0)]
+    {
         let mut cell = cell_with(|readings| readings.external_tool_type = reading);
         assert_eq!(cell.robot.set_simulation(true), Ok(()));
         let bits = fieldarm::wire::meca500::image::RobotControlFlags::ACTIVATE_SIM;
         cell.control(bits, true);
         assert_eq!(cell.read(52)[0], expected);
     }
-    let mut cell = Cell::new(RobotSettings { tool: FittedTool::Megp25Ls, ..RobotSettings::default() });
+    let mut cell =
+        Cell::new(RobotSettings { tool: FittedTool::Megp25Ls, ..RobotSettings::default() });
     assert_eq!(cell.read(52)[..2], [11.0, 0.0]);
 }
 

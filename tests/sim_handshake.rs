@@ -137,9 +137,10 @@ fn a_move_with_move_id_0_floods_the_queue() {
 
 #[test]
 fn a_configuration_command_with_move_id_0_follows_the_reading() {
-    for (reading, repeats) in
-        [(ConfigurationWithoutMoveId::EachCycle, true), (ConfigurationWithoutMoveId::Ignored, false)]
-    {
+    for (reading, repeats) in [
+        (ConfigurationWithoutMoveId::EachCycle, true),
+        (ConfigurationWithoutMoveId::Ignored, false),
+    ] {
         let mut cell =
             Cell::ready_with(|settings| settings.readings.configuration_without_move_id = reading);
         cell.write_with(0, 48, &[50.0]);
@@ -169,7 +170,9 @@ fn refused_commands_are_answered_as_the_readings_say() {
     for (echo, acknowledged) in
         [(RefusedCommand::Acknowledged, true), (RefusedCommand::NotAcknowledged, false)]
     {
-        for code in [RefusalCode::Hidden, RefusalCode::ShownForOneCycle, RefusalCode::ShownUntilReset] {
+        for code in
+            [RefusalCode::Hidden, RefusalCode::ShownForOneCycle, RefusalCode::ShownUntilReset]
+        {
             let mut cell = Cell::new(fieldarm::sim::meca500::RobotSettings::default());
             let mut settings = fieldarm::sim::meca500::RobotSettings::default();
             settings.readings.refused_command = echo;
@@ -239,7 +242,8 @@ fn refusals_have_the_codes_of_the_manual() {
 
 #[test]
 fn a_refusal_starts_error_mode_only_under_that_reading() {
-    let mut cell = Cell::ready_with(|settings| settings.readings.refusal = Refusal::StartsErrorMode);
+    let mut cell =
+        Cell::ready_with(|settings| settings.readings.refusal = Refusal::StartsErrorMode);
     cell.send(7, &[200.0]);
     assert_eq!(cell.error(), 1003);
     cell.reset_error();

@@ -123,11 +123,14 @@ fn home_is_ignored_when_not_needed_but_answered() {
 #[test]
 fn homing_fails_outside_user_limits_outside_the_work_zone_and_when_blocked() {
     for (reading_code, prepare) in [
-        (1032, (|cell: &mut Cell| {
-            let persistent = cell.robot.persistent_mut();
-            persistent.joint_limits_enabled = true;
-            persistent.user_joint_limits.min[0] = 10.0;
-        }) as fn(&mut Cell)),
+        (
+            1032,
+            (|cell: &mut Cell| {
+                let persistent = cell.robot.persistent_mut();
+                persistent.joint_limits_enabled = true;
+                persistent.user_joint_limits.min[0] = 10.0;
+            }) as fn(&mut Cell),
+        ),
         (1014, |cell| cell.robot.persistent_mut().work_zone_max = [10.0, 100.0, 100.0]),
         (1014, |cell| cell.robot.panel().block_joint(3, true)),
     ] {
@@ -208,7 +211,9 @@ fn deactivation_sets_motion_settings_back_and_discards_checkpoints() {
     assert_eq!(cell.read(21)[0], 100.0);
     assert!(cell.read(20)[3].is_nan(), "the desired turn is lost");
     cell.activate();
-    assert!(!cell.motion_status().intersects(MotionStatusFlags::CLEARED | MotionStatusFlags::PAUSED));
+    assert!(
+        !cell.motion_status().intersects(MotionStatusFlags::CLEARED | MotionStatusFlags::PAUSED)
+    );
     let joints = cell.joints();
     cell.cycles(500);
     assert_eq!(cell.joints(), joints, "the old motion is not taken up");
@@ -225,7 +230,8 @@ fn deactivate_wins_over_activate() {
 
 #[test]
 fn a_held_activate_bit_acts_again_as_a_level_and_not_as_an_edge() {
-    for (reading, activates) in [(HeldTriggeredBits::Level, true), (HeldTriggeredBits::Edge, false)] {
+    for (reading, activates) in [(HeldTriggeredBits::Level, true), (HeldTriggeredBits::Edge, false)]
+    {
         let mut cell = Cell::ready_with(|settings| settings.readings.held_triggered_bits = reading);
         cell.control(RobotControlFlags::ACTIVATE_ROBOT, true);
         cell.cycles(2);
@@ -241,7 +247,9 @@ fn a_held_activate_bit_acts_again_as_a_level_and_not_as_an_edge() {
 fn paused_and_cleared_at_power_up_and_after_activation_follow_the_readings() {
     let mut cell = Cell::new(RobotSettings::default());
     cell.cycle();
-    assert!(!cell.motion_status().intersects(MotionStatusFlags::PAUSED | MotionStatusFlags::CLEARED));
+    assert!(
+        !cell.motion_status().intersects(MotionStatusFlags::PAUSED | MotionStatusFlags::CLEARED)
+    );
     let mut settings = RobotSettings { homed: true, ..RobotSettings::default() };
     settings.readings.paused_at_power_up = PausedAtPowerUp::Set;
     settings.readings.cleared_at_power_up = ClearedAtPowerUp::Set;

@@ -46,11 +46,8 @@ fn user_limits_apply_only_when_enabled() {
 
 #[test]
 fn user_limits_stay_within_the_model_and_leave_25_degrees() {
-    let mut cell = configured(&[
-        (150, &[2.0, -80.0, 0.0]),
-        (150, &[2.0, 0.0, 24.0]),
-        (150, &[7.0, 0.0, 0.0]),
-    ]);
+    let mut cell =
+        configured(&[(150, &[2.0, -80.0, 0.0]), (150, &[2.0, 0.0, 24.0]), (150, &[7.0, 0.0, 0.0])]);
     assert_eq!(cell.read(61)[1], -70.0);
     assert_eq!(cell.read(61)[4], 90.0);
 }
@@ -96,8 +93,7 @@ fn work_zone_commands_need_good_corners_and_restore_the_factory() {
 #[test]
 fn the_tool_sphere_widens_what_must_stay_inside() {
     let zone: (u32, &[f32]) = (153, &[-300.0, -100.0, 0.0, 300.0, 100.0, 500.0]);
-    let mut cell =
-        configured(&[zone, (152, &[4.0, 2.0]), (155, &[0.0, 0.0, 60.0, 20.0])]);
+    let mut cell = configured(&[zone, (152, &[4.0, 2.0]), (155, &[0.0, 0.0, 60.0, 20.0])]);
     assert_eq!(cell.read(19)[..4], [0.0, 0.0, 60.0, 20.0]);
     cell.sent(1, &[45.0]);
     cell.until("the error", |cell| cell.error() == 3049);

@@ -48,8 +48,7 @@ fn compiled_commands_take_space_as_the_reading_says() {
     for (reading, space) in
         [(CompiledCommands::Counted, 12_900), (CompiledCommands::NotCounted, 12_925)]
     {
-        let mut cell =
-            Cell::ready_with(|settings| settings.readings.compiled_commands = reading);
+        let mut cell = Cell::ready_with(|settings| settings.readings.compiled_commands = reading);
         cell.sent(6, &[1000.0]);
         cell.cycle();
         for _ in 0..100 {
@@ -217,8 +216,7 @@ fn clear_empties_the_queue_discards_checkpoints_and_needs_resume() {
 #[test]
 fn a_held_clear_bit_follows_the_reading() {
     for (reading, kept) in [(HeldClearMotion::EachCycle, false), (HeldClearMotion::Once, true)] {
-        let mut cell =
-            Cell::ready_with(|settings| settings.readings.held_clear_motion = reading);
+        let mut cell = Cell::ready_with(|settings| settings.readings.held_clear_motion = reading);
         cell.motion(CLEAR, true);
         cell.cycles(3);
         cell.sent(17, &[1.0]);
@@ -291,7 +289,8 @@ fn paused_in_error_mode_follows_the_reading() {
 
 #[test]
 fn an_error_before_the_robot_is_ready_follows_the_reading() {
-    for (reading, resets) in [(ResetBeforeReady::Allowed, true), (ResetBeforeReady::Refused, false)] {
+    for (reading, resets) in [(ResetBeforeReady::Allowed, true), (ResetBeforeReady::Refused, false)]
+    {
         let mut settings = fieldarm::sim::meca500::RobotSettings::default();
         settings.readings.reset_before_ready = reading;
         let mut cell = Cell::new(settings);

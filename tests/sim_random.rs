@@ -94,13 +94,16 @@ impl Checker {
 }
 
 fn run(readings: Readings, acts: Vec<Act>) -> Result<(), TestCaseError> {
-    let mut settings =
-        RobotSettings { tool: FittedTool::Megp25E, readings, homed: true, ..RobotSettings::default() };
+    let mut settings = RobotSettings {
+        tool: FittedTool::Megp25E,
+        readings,
+        homed: true,
+        ..RobotSettings::default()
+    };
     settings.times.boot = Duration::from_millis(50);
     settings.times.homing = Duration::from_millis(50);
     let robot = VirtualRobot::new(settings);
-    let mut checker =
-        Checker { robot, now: Instant::ZERO, inputs: [0; 252], stamp: 0 };
+    let mut checker = Checker { robot, now: Instant::ZERO, inputs: [0; 252], stamp: 0 };
     let mut outputs = OutputImage::<Big>::zeroed();
     for act in acts {
         match act {
@@ -112,10 +115,12 @@ fn run(readings: Readings, acts: Vec<Act>) -> Result<(), TestCaseError> {
                     slot.set(argument);
                 }
                 outputs.motion_control.move_id.set(move_id);
-                let flags = fieldarm::wire::meca500::image::MotionControlFlags::from_bits_retain(bits);
+                let flags =
+                    fieldarm::wire::meca500::image::MotionControlFlags::from_bits_retain(bits);
                 outputs.motion_control.flags.set_raw(flags);
                 // Activate, home, reset.
-                let flags = fieldarm::wire::meca500::image::RobotControlFlags::from_bits_retain(0b1110);
+                let flags =
+                    fieldarm::wire::meca500::image::RobotControlFlags::from_bits_retain(0b1110);
                 outputs.robot_control.flags.set_raw(flags);
                 checker.cycle(Some(outputs.as_bytes()))?;
             }

@@ -180,8 +180,9 @@ fn e_stop_on_revision_3_shuts_down() {
 
 #[test]
 fn a_redundancy_mismatch_of_a_second_needs_a_reboot() {
-    let mut cell =
-        Cell::ready_with(|settings| settings.readings.redundancy_signal = RedundancySignal::Reported);
+    let mut cell = Cell::ready_with(|settings| {
+        settings.readings.redundancy_signal = RedundancySignal::Reported
+    });
     cell.robot.panel().set_safety_mismatch(true);
     cell.cycles(900);
     cell.robot.panel().set_safety_mismatch(false);

@@ -62,7 +62,8 @@ fn cyclic_ids_are_unique_and_in_range() {
 
 #[test]
 fn setting_a_variable_is_immediate_or_queued() {
-    for (reading, waits) in [(SetVariableClass::Immediate, false), (SetVariableClass::Queued, true)] {
+    for (reading, waits) in [(SetVariableClass::Immediate, false), (SetVariableClass::Queued, true)]
+    {
         let mut cell = cell_with(|readings| readings.set_variable = reading);
         cell.sent(6, &[1.0]);
         cell.sent(10_001, &[42.0]);

@@ -147,7 +147,8 @@ fn a_gripper_needs_homing_after_reactivation_and_only_it_moves() {
 
 #[test]
 fn recovery_mode_limits_an_unhomed_gripper() {
-    let mut cell = Cell::new(RobotSettings { tool: FittedTool::Megp25Ls, ..RobotSettings::default() });
+    let mut cell =
+        Cell::new(RobotSettings { tool: FittedTool::Megp25Ls, ..RobotSettings::default() });
     cell.control(RobotControlFlags::ENABLE_RECOVERY_MODE, true);
     cell.activate();
     cell.events();
@@ -216,6 +217,9 @@ trait DynamicOf {
 
 impl DynamicOf for Cell {
     fn dynamic_of(&self, ty: u32) -> [f32; 6] {
-        (0..4).map(|slot| self.dynamic(slot)).find(|(found, _)| *found == ty).map_or([0.0; 6], |(_, v)| v)
+        (0..4)
+            .map(|slot| self.dynamic(slot))
+            .find(|(found, _)| *found == ty)
+            .map_or([0.0; 6], |(_, v)| v)
     }
 }

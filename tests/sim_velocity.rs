@@ -33,14 +33,16 @@ trait ReadNow {
 
 impl ReadNow for Cell {
     fn read_now(&self, ty: u32) -> [f32; 6] {
-        (0..4).map(|slot| self.dynamic(slot)).find(|(found, _)| *found == ty).map_or([1.0; 6], |(_, v)| v)
+        (0..4)
+            .map(|slot| self.dynamic(slot))
+            .find(|(found, _)| *found == ty)
+            .map_or([1.0; 6], |(_, v)| v)
     }
 }
 
 #[test]
 fn set_point_0_stops_at_once_or_after_the_timeout() {
-    for (reading, most) in
-        [(SetPointDrop::StopsAtOnce, 25), (SetPointDrop::StopsAfterTimeout, 600)]
+    for (reading, most) in [(SetPointDrop::StopsAtOnce, 25), (SetPointDrop::StopsAfterTimeout, 600)]
     {
         let mut cell = Cell::ready_with(|settings| settings.readings.set_point_drop = reading);
         cell.sent(24, &[0.5]);
@@ -113,7 +115,8 @@ fn a_tool_velocity_is_reduced_so_that_no_joint_exceeds_its_limit() {
     let mut fastest = 0.0_f32;
     for _ in 0..400 {
         cell.cycle();
-        for (velocity, limit) in cell.read_now(32).iter().zip([15.0, 15.0, 18.0, 30.0, 30.0, 50.0]) {
+        for (velocity, limit) in cell.read_now(32).iter().zip([15.0, 15.0, 18.0, 30.0, 30.0, 50.0])
+        {
             fastest = fastest.max(velocity.abs() / limit);
         }
     }

@@ -1,6 +1,6 @@
 //! The command `fieldarm`.
 //!
-//! Read [`Exit`](exit) first: every kind of trouble ends in one of its codes, which `--help` lists.
+//! Read `exit.rs` first: every kind of trouble ends in one of its codes, which `--help` lists.
 //! Standard output carries what was asked for (tables, decoded images, the summary of a run);
 //! standard error carries progress, notes and trouble.
 

@@ -60,8 +60,8 @@ pub(super) struct RunArgs {
     /// How the robot is reached: sim, the built-in virtual robot.
     #[arg(long, default_value = "sim", value_parser = parse_link)]
     link: LinkName,
-    /// Period of the bus cycle, in microseconds.
-    #[arg(long, default_value_t = 1_000, value_parser = clap::value_parser!(u64).range(100..=1_000_000))]
+    /// Period of the bus cycle, in microseconds: 100 to 100000.
+    #[arg(long, default_value_t = 1_000, value_parser = clap::value_parser!(u64).range(100..=100_000))]
     cycle_us: u64,
     /// Byte order of the images; auto decides from what the robot sends.
     #[arg(long, value_enum, default_value_t = OrderSetting::Auto)]
@@ -206,11 +206,13 @@ pub(super) fn run(args: &RunArgs) -> Result<Exit, Failure> {
         final_outputs: periodic.outputs(),
     };
     let report = Report::new(file, settings, &sources);
-    let files = match &args.report {
-        Some(directory) => write_report(directory, &report, &recording)?,
-        None => Vec::new(),
-    };
-    print(&summary::text(&report, &files))?;
+    let written = args
+        .report
+        .as_ref()
+        .map_or(Ok(Vec::new()), |directory| write_report(directory, &report, &recording));
+    // What happened is worth telling even where it could not be written down.
+    print(&summary::text(&report, written.as_deref().unwrap_or_default()))?;
+    written?;
     if message.is_empty() { Ok(exit) } else { Err(Failure { exit, message, is_located: true }) }
 }
 
@@ -264,6 +266,7 @@ fn config(args: &RunArgs, program: &Program) -> Result<Config, Failure> {
              for following the commands",
         )
     })?;
+    let defaults = Config::default();
     Ok(Config {
         byte_order: match args.byte_order.fixed() {
             Some(order) => ByteOrderSetting::Fixed(order),
@@ -273,7 +276,9 @@ fn config(args: &RunArgs, program: &Program) -> Result<Config, Failure> {
         // Completion of every single line is worth more here than the last command per second.
         checkpoints: CheckpointPolicy::EachCommand,
         checkpoint_range: CheckpointRange { first, last },
-        ..Config::default()
+        // The runner refreshes a velocity in every cycle; a late one must not stop the motion.
+        velocity_dead_man: defaults.velocity_dead_man.max(4 * Duration::from_micros(args.cycle_us)),
+        ..defaults
     })
 }
 

@@ -94,7 +94,7 @@ fn draw_bar(receiver: &Receiver<Message>, program: &Program) {
             Message::Progress(progress) => {
                 bar.set_position(u64::try_from(progress.step).unwrap_or(u64::MAX));
                 bar.set_prefix(current_line(program, &progress));
-                bar.set_message(state(&progress));
+                bar.set_message(state(&progress).join("\n"));
             }
         }
     }
@@ -112,7 +112,11 @@ fn draw_lines(receiver: &Receiver<Message>, program: &Program) {
                 let is_due = last.is_none_or(|last| now - last >= PLAIN_INTERVAL);
                 is_due.then(|| {
                     last = Some(now);
-                    format!("{}  {}", current_line(program, &progress), state(&progress))
+                    format!(
+                        "{}   {}",
+                        current_line(program, &progress),
+                        state(&progress).join("   ")
+                    )
                 })
             }
         };
@@ -143,8 +147,8 @@ fn current_line(program: &Program, progress: &Progress) -> String {
     format!("line {}: {shown}{rest}", step.line)
 }
 
-/// Joints, queue and cycles in one line.
-fn state(progress: &Progress) -> String {
+/// Joints and queue, then the cycles.
+fn state(progress: &Progress) -> [String; 2] {
     let seen = match progress.seen {
         Some(seen) => {
             let joints: Vec<String> = seen.joints_deg.iter().map(|j| format!("{j:7.2}")).collect();
@@ -154,10 +158,11 @@ fn state(progress: &Progress) -> String {
     };
     let cycle = progress.cycle_time_ns;
     let ms = |nanos: u64| nanos as f64 * 1e-6;
-    format!(
-        "{seen}   cycle p50 {:.3} max {:.3} ms   overruns {}",
+    let cycles = format!(
+        "cycle p50 {:.3} max {:.3} ms   overruns {}",
         ms(cycle.p50),
         ms(cycle.max),
         progress.overruns
-    )
+    );
+    [seen, cycles]
 }

@@ -23,7 +23,11 @@ pub(super) struct Place {
 
 impl VirtualRobot {
     /// Writes the inputs of this cycle; a slice of another length is left as it is.
-    pub(super) fn write_inputs<O: ImageOrder>(&mut self, shown: &[DynamicType; 4], bytes: &mut [u8]) {
+    pub(super) fn write_inputs<O: ImageOrder>(
+        &mut self,
+        shown: &[DynamicType; 4],
+        bytes: &mut [u8],
+    ) {
         let Ok(image) = InputImage::<O>::from_bytes_mut(bytes) else { return };
         image.robot_status.flags.set_raw(self.robot_status_flags());
         image.robot_status.error_code.set(self.error_code().0);
