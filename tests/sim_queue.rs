@@ -101,6 +101,7 @@ fn a_checkpoint_is_reached_when_the_motion_before_it_is_done() {
     assert!(cell.has(EOB | EOM), "the last checkpoint comes along with EOB");
     cell.sent(17, &[12.0]);
     cell.sent(17, &[12.0]);
+    cell.cycles(2);
     let again = cell.events().iter().filter(|e| **e == RobotEvent::CheckpointReached(12)).count();
     assert_eq!(again, 3, "the same number may be used many times");
     cell.cycles(100);
@@ -267,6 +268,25 @@ fn an_error_clears_the_queue_and_refuses_until_reset_and_resume() {
     cell.resume();
     cell.finish(3);
     assert!(cell.is_at([0.0; 6]));
+}
+
+#[test]
+fn an_error_while_paused_clears_the_motion() {
+    let mut cell = Cell::ready();
+    cell.sent(1, &[60.0]);
+    cell.sent(17, &[5.0]);
+    cell.cycles(300);
+    cell.motion(PAUSE, true);
+    cell.cycles(100);
+    let at = cell.joints();
+    cell.robot.panel().break_drives();
+    cell.cycle();
+    assert_eq!(cell.error(), 3006);
+    assert_eq!((cell.fifo_space(), cell.discarded()), (13_000, 5));
+    cell.motion(PAUSE, false);
+    cell.deactivate();
+    cell.cycles(500);
+    assert_eq!(cell.joints(), at, "the trajectory is not resumed");
 }
 
 #[test]

@@ -13,9 +13,9 @@ const KEPT: usize = 4096;
 /// Something the robot did.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RobotEvent {
-    /// [3030]: a checkpoint was reached.
+    /// 3030: a checkpoint was reached.
     CheckpointReached(u16),
-    /// [3040]: a checkpoint will never be reached.
+    /// 3040: a checkpoint will never be reached.
     CheckpointDiscarded(u16),
     /// A code of Table 1 put the robot in error mode.
     Error(Code),
@@ -23,23 +23,23 @@ pub enum RobotEvent {
     Refused(Code),
     /// A severity-1 warning with the code of the error it stands beside.
     Warning(Code),
-    /// [2042].
+    /// 2042: motion paused.
     MotionPaused,
-    /// [2044].
+    /// 2044: the queue was cleared.
     MotionCleared,
-    /// [2043].
+    /// 2043: motion resumed.
     MotionResumed,
-    /// [2000].
+    /// 2000: motors activated.
     Activated,
-    /// [2002].
+    /// 2002: homing done, or not needed.
     Homed,
-    /// [2004].
+    /// 2004: motors deactivated.
     Deactivated,
-    /// [2063]: an offline program began.
+    /// 2063: an offline program began.
     ProgramStarted(u16),
-    /// [3013]: an offline program ended.
+    /// 3013: an offline program ended.
     ProgramEnded(u16),
-    /// [2051]: recovery mode reduced a requested velocity or acceleration.
+    /// 2051: recovery mode reduced a requested velocity or acceleration.
     RecoveryCap,
 }
 

@@ -28,6 +28,8 @@ pub(super) struct MoveTimes {
     pub(super) decelerates_s: f64,
     /// Whether it is a joint-space or a linear move.
     pub(super) space: Option<Space>,
+    /// Whether the arm must stop after it, because a gripper command has begun.
+    pub(super) must_stop: bool,
 }
 
 /// What the arm may do between two moves without stopping.
@@ -102,9 +104,16 @@ impl VirtualRobot {
         }
     }
 
-    /// Gripper commands right after the move begin with its deceleration.
+    /// Gripper commands right after the move begin with its deceleration. Between two lines they
+    /// wait for the stop they force (PM L373 against L6385).
     fn start_in_deceleration(&mut self) {
-        if self.move_times.elapsed_s < self.move_times.decelerates_s {
+        let is_linear = self.move_times.space == Some(Space::Cartesian);
+        let line_follows = is_linear
+            && self
+                .queue
+                .compiled()
+                .any(|step| matches!(step, Step::Move { space: Space::Cartesian, .. }));
+        if self.move_times.elapsed_s < self.move_times.decelerates_s || line_follows {
             return;
         }
         let parallel = |step: &Step| match step {
@@ -121,13 +130,15 @@ impl VirtualRobot {
         while self.queue.front().is_some_and(parallel)
             && let Some(step) = self.queue.pop()
         {
+            self.move_times.must_stop |= is_linear && matches!(step, Step::Tool(_));
             self.start(step);
         }
     }
 
     /// Lets the next move of the same kind follow without a stop, where nothing stands between.
     fn hand_over(&mut self) {
-        if !self.is_following() || !self.follower.has_room() || self.velocity.is_some() {
+        let may_follow = self.follower.has_room() && !self.move_times.must_stop;
+        if !self.is_following() || !may_follow || self.velocity.is_some() {
             return;
         }
         let space = self.move_times.space;
@@ -172,7 +183,8 @@ impl VirtualRobot {
         match step {
             Step::Move { plan: Some(plan), space, .. } => {
                 let decelerates_s = plan.duration_s() - plan.deceleration_s();
-                self.move_times = MoveTimes { elapsed_s: 0.0, decelerates_s, space: Some(space) };
+                self.move_times =
+                    MoveTimes { decelerates_s, space: Some(space), ..MoveTimes::default() };
                 // The arm is at rest here, so the plan is taken.
                 let _ = self.follower.follow_with(*plan, 0.0);
             }

@@ -156,7 +156,12 @@ impl Queue {
         Some(compiled.step)
     }
 
-    /// The compiled entries in their order.
+    /// What the compiled entries do, in their order.
+    pub(super) fn compiled(&self) -> impl Iterator<Item = &Step> {
+        self.compiled.iter().map(|compiled| &compiled.step)
+    }
+
+    /// The compiled entries in their order, to be changed.
     pub(super) fn compiled_mut(&mut self) -> impl Iterator<Item = &mut Compiled> {
         self.compiled.iter_mut()
     }

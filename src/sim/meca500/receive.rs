@@ -23,7 +23,7 @@ pub enum Verdict {
     Accepted,
     /// Refused with a code of Table 1.
     Refused(Code),
-    /// Ignored: a safety stop is there ([3032][1] on the text port).
+    /// Ignored: a safety stop is there (code 3032 on the text port).
     Stopped,
     /// Ignored: the queue is full.
     Full,

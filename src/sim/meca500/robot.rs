@@ -34,6 +34,8 @@ use crate::wire::meca500::command::{Severity, TorqueSeverity};
 const STEP_NS: u64 = 1_000_000;
 /// Step of the robot's own time in fast simulation, in s.
 const FAST_STEP_S: f64 = 0.01;
+/// How much farther than its stop the arm looks for a breach, in s: two steps.
+const LOOK_AHEAD_S: f64 = 0.002;
 /// Fast steps in one step of the time handed in: twenty seconds of motion.
 const FAST_STEPS: u32 = 2_000;
 
@@ -223,6 +225,7 @@ impl VirtualRobot {
             && (self.tool.is_at_rest() || self.is_halted())
             && !self.tool_error_is_due()
             && self.disturbance.is_none()
+            && !self.torque_exceeded
             && at_rest(self.follower.state())
     }
 
@@ -324,7 +327,7 @@ impl VirtualRobot {
         }
         let state = self.target_state();
         let mut joints = state.position;
-        let stop_s = 0.5 * FULL_RATE_CHANGE_S;
+        let stop_s = 0.5 * FULL_RATE_CHANGE_S + LOOK_AHEAD_S;
         for (joint, velocity) in joints.iter_mut().zip(state.velocity) {
             *joint += velocity * stop_s;
         }

@@ -53,7 +53,7 @@ pub struct RobotSettings {
 }
 
 impl Default for RobotSettings {
-    /// A homeless R4 on no bus in particular, without a tool, at zero joints, big-endian.
+    /// An R4 that was never homed, on no bus in particular, without a tool, at zero joints, big-endian.
     fn default() -> Self {
         Self {
             revision: Revision::R4,
