@@ -63,4 +63,8 @@ pub trait CyclicDevice {
     ///
     /// A slice of the wrong length is treated as no outputs, and as no room for inputs.
     fn cycle(&mut self, now: Instant, outputs: Option<&[u8]>, inputs: &mut [u8]);
+
+    /// Whether the device answered its bus in the last cycle. While it does not (switched off,
+    /// booting, left for another protocol) it writes no inputs, and a link reports them as lost.
+    fn is_on_bus(&self) -> bool;
 }

@@ -13,10 +13,17 @@
 #[cfg(feature = "sim")]
 extern crate alloc;
 #[cfg(feature = "std")]
+#[macro_use]
 extern crate std;
 
+#[cfg(feature = "cli")]
+pub mod cli;
 pub mod cycle;
 pub mod engine;
+#[cfg(feature = "std")]
+pub mod link;
+#[cfg(feature = "std")]
+pub mod run;
 #[cfg(feature = "sim")]
 pub mod sim;
 pub mod time;

@@ -3,6 +3,7 @@
 
 mod sim_support;
 
+use fieldarm::cycle::CyclicDevice;
 use fieldarm::sim::meca500::readings::{
     ActivationOutsideLimits, ClearedAtPowerUp, HeldTriggeredBits, HomedInRecovery, HostTimeReading,
     PausedAfterActivation, PausedAtPowerUp, PowerAfterReboot, RebootSignal,
@@ -433,7 +434,7 @@ fn disable_ethercat_leaves_the_bus_and_only_on_ethercat() {
         cell.cycle();
         cell.control(RobotControlFlags::DISABLE_ETHERCAT, true);
         cell.cycle();
-        assert_eq!(cell.robot.is_on_cyclic_bus(), !leaves);
+        assert_eq!(cell.robot.is_on_bus(), !leaves);
     }
 }
 

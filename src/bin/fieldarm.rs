@@ -1,3 +1,7 @@
-//! The command `fieldarm`.
+//! The command `fieldarm`; everything it does is in [`fieldarm::cli`].
 
-fn main() {}
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    fieldarm::cli::main()
+}

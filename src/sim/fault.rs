@@ -237,9 +237,13 @@ impl<D: CyclicDevice> CyclicLink for FaultyLink<D> {
         }
         self.choose_fault();
         self.deliver_outputs(outputs);
-        core::mem::swap(&mut self.previous_inputs, &mut self.produced);
+        self.previous_inputs.copy_from_slice(&self.produced);
         let seen = (self.active != Some(Fault::LinkLoss)).then_some(self.held.as_slice());
         self.device.cycle(now, seen, &mut self.produced);
+        if !self.device.is_on_bus() {
+            self.age_cycles = self.age_cycles.saturating_add(1);
+            return Ok(InputQuality::Lost);
+        }
         Ok(self.deliver_inputs(inputs))
     }
 }
@@ -263,6 +267,10 @@ mod tests {
                 inputs[..4].copy_from_slice(&outputs[..4]);
             }
             inputs[4..].copy_from_slice(&self.cycles.to_le_bytes());
+        }
+
+        fn is_on_bus(&self) -> bool {
+            true
         }
     }
 

@@ -338,9 +338,4 @@ impl TicketChecker {
     pub(crate) fn state(&self, ticket: Ticket) -> TicketState {
         self.tickets.get(&ticket).copied().unwrap_or_default()
     }
-
-    /// Forgets the tickets that have ended, to bound the memory of long runs.
-    pub(crate) fn forget_ended(&mut self) {
-        self.tickets.retain(|_, state| state.end.is_none());
-    }
 }

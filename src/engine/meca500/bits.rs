@@ -348,7 +348,10 @@ impl<const QUEUE: usize> Engine<QUEUE> {
                 && inputs.blocking_stops().is_empty();
         }
         if step == Step::ResetStops {
-            return self.actions.triggers_low >= low && self.actions.stops_low >= low;
+            self.actions.pause = false;
+            return !self.actions.is_clearing()
+                && self.actions.triggers_low >= low
+                && self.actions.stops_low >= low;
         }
         let waits_for_rest = matches!(step, Step::Activate | Step::Home { .. });
         let triggers = step.trigger().intersects(TRIGGERS);

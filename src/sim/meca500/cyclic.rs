@@ -92,12 +92,19 @@ impl CyclicDevice for VirtualRobot {
             }
         }
     }
+
+    /// On, booted, and not switched from EtherCAT to TCP/IP.
+    fn is_on_bus(&self) -> bool {
+        let left =
+            self.settings.bus == CyclicBus::EtherCat && !self.settings.persistent.ethercat_enabled;
+        self.is_online() && !left
+    }
 }
 
 impl VirtualRobot {
     fn cycle_in<O: ImageOrder>(&mut self, now: Instant, outputs: Option<&[u8]>, inputs: &mut [u8]) {
         self.advance(now);
-        if !self.is_on_cyclic_bus() {
+        if !self.is_on_bus() {
             return;
         }
         let outputs = outputs
@@ -113,7 +120,7 @@ impl VirtualRobot {
                 [0; 4]
             }
         };
-        if !self.is_on_cyclic_bus() {
+        if !self.is_on_bus() {
             // Rebooting, or another protocol from now on: the last inputs stay. What this cycle
             // wrote into the handshake after the boot had emptied it is forgotten too.
             self.forget_connection();
@@ -127,15 +134,6 @@ impl VirtualRobot {
         }
     }
 
-    /// Whether the robot answers cyclic frames: on, booted, and not switched from EtherCAT to
-    /// TCP/IP. While it does not, inputs are left as they are.
-    #[must_use]
-    pub fn is_on_cyclic_bus(&self) -> bool {
-        let left =
-            self.settings.bus == CyclicBus::EtherCat && !self.settings.persistent.ethercat_enabled;
-        self.is_online() && !left
-    }
-
     fn take(&mut self, outputs: &Outputs) {
         if !self.face.connected {
             self.connect();
@@ -144,7 +142,7 @@ impl VirtualRobot {
             return;
         }
         self.take_robot_control(outputs.robot_control);
-        if !self.is_on_cyclic_bus() {
+        if !self.is_on_bus() {
             return;
         }
         self.take_brakes(outputs.brakes);

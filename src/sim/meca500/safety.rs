@@ -110,9 +110,10 @@ impl Safety {
         self.motor_power
     }
 
-    /// Whether a signal demands that motor power go off, which it has not yet done.
+    /// Whether a signal demands that motor power go off, which it has not yet done. A button that
+    /// is released while the arm still slows down changes nothing: only Reset does.
     pub(super) fn demands_power_cut(&self) -> bool {
-        self.motor_power && (self.e_stop == Signal::Present || self.redundancy_fault)
+        self.motor_power && (self.e_stop.is_shown() || self.redundancy_fault)
     }
 
     /// Motor power is gone.

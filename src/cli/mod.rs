@@ -1,0 +1,59 @@
+//! The command `fieldarm`.
+//!
+//! Read `exit.rs` first: every kind of trouble ends in one of its codes, which `--help` lists.
+//! Standard output carries what was asked for (tables, decoded images, the summary of a run);
+//! standard error carries progress, notes and trouble.
+
+mod decode;
+mod exit;
+mod grid;
+mod hex;
+mod order;
+mod plots;
+pub mod report;
+mod run_program;
+mod summary;
+mod table;
+mod virtual_robot;
+mod watch;
+mod wording;
+
+use std::prelude::v1::*;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use exit::{EXIT_CODES, Exit, Failure};
+
+/// Drive industrial robot arms: run robot programs, look into process images.
+#[derive(Debug, Parser)]
+#[command(name = "fieldarm", version, after_help = EXIT_CODES, after_long_help = EXIT_CODES)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Run(run_program::RunArgs),
+    Table(table::TableArgs),
+    Decode(decode::DecodeArgs),
+}
+
+/// Runs the command that the process was started with.
+#[must_use]
+pub fn main() -> ExitCode {
+    let done = match Cli::parse().command {
+        Command::Run(args) => run_program::run(&args),
+        Command::Table(args) => table::run(&args).map(|()| Exit::Done),
+        Command::Decode(args) => decode::run(&args).map(|()| Exit::Done),
+    };
+    match done {
+        Ok(exit) => exit.into(),
+        Err(Failure { exit, message, is_located }) => {
+            let name = if is_located { "" } else { "fieldarm: " };
+            eprintln!("{name}{message}");
+            exit.into()
+        }
+    }
+}

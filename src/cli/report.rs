@@ -1,0 +1,334 @@
+//! `report.json`: everything that is known about a run, for programs to read.
+//!
+//! The file is one [`Report`]; the names of the fields are the names in the file. The meaning of a
+//! field changes only together with [`SCHEMA_VERSION`]; new fields may appear at any time.
+
+use std::prelude::v1::*;
+
+use serde::Serialize;
+
+use crate::run::outcome::{End, Outcome, Stop};
+use crate::run::program::Program;
+use crate::run::record::{Counts, StepEnd, StepRecord};
+use crate::run::recording::{Recording, Sample};
+use crate::run::statistics::{CycleStatistics, Quantiles};
+use crate::time::Instant;
+
+/// Version of the meaning of the fields.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// One run.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    /// Always `fieldarm.run`.
+    pub schema: &'static str,
+    /// [`SCHEMA_VERSION`].
+    pub schema_version: u32,
+    /// Version of the program that wrote the report.
+    pub fieldarm_version: &'static str,
+    /// Path of the robot program as it was given.
+    pub program: String,
+    /// How the run was set up.
+    pub settings: Settings,
+    /// How it ended.
+    pub outcome: ReportedOutcome,
+    /// Commands by what became of them.
+    pub commands: ReportedCounts,
+    /// Cycles from sending a command to its acknowledgement.
+    pub acknowledgement_cycles: ReportedQuantiles,
+    /// Bus cycles.
+    pub cycles: ReportedCycles,
+    /// Path length of the tool, in mm.
+    pub distance_mm: f64,
+    /// Time that passed on the robot's clock, in seconds.
+    pub robot_time_s: f64,
+    /// Time that passed on the wall, in seconds.
+    pub wall_time_s: f64,
+    /// The output image that was sent last, in hex.
+    pub final_outputs: String,
+    /// Every command of the program.
+    pub steps: Vec<ReportedStep>,
+    /// Samples of the run, evenly spaced.
+    pub samples: Samples,
+}
+
+/// How a run was set up.
+#[derive(Clone, Debug, Serialize)]
+pub struct Settings {
+    /// Name of the link.
+    pub link: String,
+    /// Period of the bus, in microseconds.
+    pub cycle_us: u64,
+    /// `real` or `simulated`.
+    pub pace: &'static str,
+    /// `auto` or the order that was set.
+    pub byte_order: String,
+    /// The order that was used; `null` if it was never found.
+    pub byte_order_used: Option<String>,
+    /// Hardware revision, `R3` or `R4`.
+    pub revision: String,
+}
+
+/// How a run ended.
+#[derive(Clone, Debug, Serialize)]
+pub struct ReportedOutcome {
+    /// `completed`, `interrupted`, `robot_error`, `safety_stop`, `action_failed`,
+    /// `velocity_stopped`, `held_back`, `monitoring_only`, `rebooted`, `refused`,
+    /// `connection_lost`, `not_connected`, `implausible_inputs`, `byte_order_undecidable` or `fault`.
+    pub end: &'static str,
+    /// Exit code of the command.
+    pub exit_code: u8,
+    /// The robot's error code.
+    pub robot_error: Option<u16>,
+    /// Line of the program that caused it or was under way, from 1.
+    pub line: Option<u32>,
+    /// Text of that line.
+    pub text: Option<String>,
+    /// `not_needed`, `confirmed` or `unconfirmed`: whether motion was stopped on purpose.
+    pub stop: &'static str,
+    /// What was said on standard error.
+    pub message: String,
+}
+
+/// Commands by what became of them.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct ReportedCounts {
+    /// In the program.
+    pub total: usize,
+    /// Given to the engine.
+    pub submitted: u32,
+    /// Taken by the robot.
+    pub accepted: u32,
+    /// Executed.
+    pub done: u32,
+    /// Dropped.
+    pub aborted: u32,
+    /// Of unknown fate.
+    pub unknown: u32,
+}
+
+/// Summary of a quantity.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct ReportedQuantiles {
+    /// How many values were counted.
+    pub count: u64,
+    /// Smallest.
+    pub min: f64,
+    /// Median.
+    pub p50: f64,
+    /// 99 of 100 are not above it.
+    pub p99: f64,
+    /// Largest.
+    pub max: f64,
+}
+
+/// What the bus cycles were like.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct ReportedCycles {
+    /// Cycles that took place.
+    pub count: u64,
+    /// Deadlines that passed without a cycle.
+    pub overruns: u64,
+    /// Cycles with stale inputs.
+    pub stale: u64,
+    /// Cycles without inputs to be trusted.
+    pub lost: u64,
+    /// From beginning to beginning, in microseconds of the pace.
+    pub cycle_time_us: ReportedQuantiles,
+    /// From deadline to beginning, in microseconds of the pace.
+    pub lateness_us: ReportedQuantiles,
+    /// What link and engine took in a cycle, in microseconds of the wall clock.
+    pub work_us: ReportedQuantiles,
+}
+
+/// What became of one command. Times are in seconds since the first cycle.
+#[derive(Clone, Debug, Serialize)]
+pub struct ReportedStep {
+    /// Line in the program, from 1.
+    pub line: u32,
+    /// Text of the line.
+    pub text: String,
+    /// `open`, `done`, `aborted` or `unknown`.
+    pub end: &'static str,
+    /// Given to the engine.
+    pub submitted_s: Option<f64>,
+    /// Acknowledgement seen.
+    pub accepted_s: Option<f64>,
+    /// Everything before it known to be done.
+    pub started_s: Option<f64>,
+    /// End known.
+    pub ended_s: Option<f64>,
+}
+
+/// Samples of a run, one row each.
+#[derive(Clone, Debug, Serialize)]
+pub struct Samples {
+    /// One of so many cycles is a row.
+    pub every_cycles: u64,
+    /// Names of the columns, units last.
+    pub columns: &'static [&'static str],
+    /// The rows.
+    pub rows: Vec<Vec<f64>>,
+}
+
+/// What a report is made of.
+pub(super) struct Sources<'a> {
+    pub(super) program: &'a Program,
+    pub(super) outcome: &'a Outcome,
+    pub(super) exit_code: u8,
+    pub(super) message: &'a str,
+    pub(super) counts: Counts,
+    pub(super) records: &'a [StepRecord],
+    pub(super) acknowledgement_cycles: Quantiles,
+    pub(super) statistics: &'a CycleStatistics,
+    pub(super) recording: &'a Recording,
+    pub(super) wall_time_s: f64,
+    pub(super) final_outputs: &'a [u8],
+}
+
+impl Report {
+    pub(super) fn new(program_path: String, settings: Settings, sources: &Sources<'_>) -> Self {
+        let Sources { program, outcome, counts, statistics, recording, .. } = *sources;
+        let line = outcome.step.and_then(|step| program.steps().get(step)).map(|step| step.line);
+        Self {
+            schema: "fieldarm.run",
+            schema_version: SCHEMA_VERSION,
+            fieldarm_version: env!("CARGO_PKG_VERSION"),
+            program: program_path,
+            settings,
+            outcome: ReportedOutcome {
+                end: end_name(&outcome.end),
+                exit_code: sources.exit_code,
+                robot_error: match outcome.end {
+                    End::RobotError(code) => Some(code.0),
+                    _ => None,
+                },
+                line,
+                text: line.map(|line| program.line_text(line).to_string()),
+                stop: match outcome.stop {
+                    Stop::NotNeeded => "not_needed",
+                    Stop::Confirmed => "confirmed",
+                    Stop::Unconfirmed => "unconfirmed",
+                },
+                message: sources.message.to_string(),
+            },
+            commands: ReportedCounts {
+                total: program.steps().len(),
+                submitted: counts.submitted,
+                accepted: counts.accepted,
+                done: counts.done,
+                aborted: counts.aborted,
+                unknown: counts.unknown,
+            },
+            acknowledgement_cycles: quantiles(sources.acknowledgement_cycles, 1.0),
+            cycles: ReportedCycles {
+                count: statistics.cycles,
+                overruns: statistics.overruns,
+                stale: statistics.stale,
+                lost: statistics.lost,
+                cycle_time_us: quantiles(statistics.cycle_time_ns.quantiles(), 1e-3),
+                lateness_us: quantiles(statistics.lateness_ns.quantiles(), 1e-3),
+                work_us: quantiles(statistics.work_ns.quantiles(), 1e-3),
+            },
+            distance_mm: recording.distance_mm(),
+            robot_time_s: recording.robot_time_us() as f64 * 1e-6,
+            wall_time_s: sources.wall_time_s,
+            final_outputs: sources.final_outputs.iter().map(|b| format!("{b:02x}")).collect(),
+            steps: steps(sources),
+            samples: Samples {
+                every_cycles: recording.stride(),
+                columns: COLUMNS,
+                rows: recording.samples().iter().map(row).collect(),
+            },
+        }
+    }
+}
+
+fn steps(sources: &Sources<'_>) -> Vec<ReportedStep> {
+    let begin = sources.recording.begin().unwrap_or_default();
+    let since_begin = |at: Option<Instant>| at.map(|at| (at - begin).as_secs_f64());
+    let steps = sources.program.steps().iter().zip(sources.records);
+    steps
+        .map(|(step, record)| ReportedStep {
+            line: step.line,
+            text: sources.program.line_text(step.line).to_string(),
+            end: match record.end {
+                StepEnd::Open => "open",
+                StepEnd::Done => "done",
+                StepEnd::Aborted(_) => "aborted",
+                StepEnd::Unknown => "unknown",
+            },
+            submitted_s: since_begin(record.submitted),
+            accepted_s: since_begin(record.accepted),
+            started_s: since_begin(record.started),
+            ended_s: since_begin(record.ended),
+        })
+        .collect()
+}
+
+const COLUMNS: &[&str] = &[
+    "time_s",
+    "joint_1_deg",
+    "joint_2_deg",
+    "joint_3_deg",
+    "joint_4_deg",
+    "joint_5_deg",
+    "joint_6_deg",
+    "x_mm",
+    "y_mm",
+    "z_mm",
+    "alpha_deg",
+    "beta_deg",
+    "gamma_deg",
+    "fifo_space",
+    "move_id_sent",
+    "move_id_echoed",
+    "submitted",
+    "accepted",
+    "done",
+];
+
+fn row(sample: &Sample) -> Vec<f64> {
+    let seen = &sample.seen;
+    let mut row = vec![sample.at.as_secs_f64()];
+    // Reals go through their shortest text, so that the file does not show digits nobody sent.
+    row.extend(
+        seen.joints_deg
+            .iter()
+            .chain(&seen.pose)
+            .map(|value| value.to_string().parse::<f64>().unwrap_or(f64::NAN)),
+    );
+    row.extend([seen.fifo_space, seen.move_id_sent, seen.move_id_echoed].map(f64::from));
+    row.extend([sample.submitted, sample.accepted, sample.done].map(f64::from));
+    row
+}
+
+fn quantiles(quantiles: Quantiles, scale: f64) -> ReportedQuantiles {
+    ReportedQuantiles {
+        count: quantiles.count,
+        min: quantiles.min as f64 * scale,
+        p50: quantiles.p50 as f64 * scale,
+        p99: quantiles.p99 as f64 * scale,
+        max: quantiles.max as f64 * scale,
+    }
+}
+
+const fn end_name(end: &End) -> &'static str {
+    match end {
+        End::Completed => "completed",
+        End::Interrupted => "interrupted",
+        End::RobotError(_) => "robot_error",
+        End::SafetyStop(_) => "safety_stop",
+        End::ActionFailed(..) => "action_failed",
+        End::VelocityStopped(_) => "velocity_stopped",
+        End::HeldBack(_) => "held_back",
+        End::MonitoringOnly => "monitoring_only",
+        End::Rebooted => "rebooted",
+        End::Refused(_) | End::RequestRefused(_) => "refused",
+        End::ConnectionLost => "connection_lost",
+        End::NotConnected => "not_connected",
+        End::ImplausibleInputs => "implausible_inputs",
+        End::ByteOrderUndecidable => "byte_order_undecidable",
+        End::Fault(_) => "fault",
+    }
+}

@@ -1,0 +1,74 @@
+//! The summary of a run, on standard output.
+
+use std::prelude::v1::*;
+
+use super::report::Report;
+
+/// The report in a dozen lines.
+pub(super) fn text(report: &Report, files: &[String]) -> String {
+    let mut lines = Vec::new();
+    let mut line = |name: &str, value: String| lines.push(format!("  {name:<16} {value}\n"));
+    let commands = &report.commands;
+    let mut counts =
+        format!("{} of {} done, {} accepted", commands.done, commands.total, commands.accepted);
+    for (count, what) in [(commands.aborted, "aborted"), (commands.unknown, "unknown")] {
+        if count > 0 {
+            counts += &format!(", {count} {what}");
+        }
+    }
+    line("commands", counts);
+    let latency = &report.acknowledgement_cycles;
+    line(
+        "acknowledgement",
+        if latency.count == 0 {
+            "none".into()
+        } else {
+            format!(
+                "min {}   p50 {}   p99 {}   max {} cycles",
+                latency.min, latency.p50, latency.p99, latency.max
+            )
+        },
+    );
+    let cycles = &report.cycles;
+    let simulated = report.settings.pace == "simulated";
+    let quantiles = |q: &super::report::ReportedQuantiles, unit: &str, scale: f64| {
+        format!(
+            "min {:.3}   p50 {:.3}   p99 {:.3}   max {:.3} {unit}",
+            q.min * scale,
+            q.p50 * scale,
+            q.p99 * scale,
+            q.max * scale
+        )
+    };
+    line(
+        "cycle time",
+        quantiles(&cycles.cycle_time_us, "ms", 1e-3) + if simulated { " (simulated)" } else { "" },
+    );
+    line("work per cycle", quantiles(&cycles.work_us, "us", 1.0));
+    line(
+        "cycles",
+        format!(
+            "{} at {:.3} ms, {} overruns",
+            cycles.count,
+            report.settings.cycle_us as f64 * 1e-3,
+            cycles.overruns
+        ),
+    );
+    let order = report.settings.byte_order_used.as_deref().unwrap_or("never settled");
+    let how = if report.settings.byte_order == "auto" { "found" } else { "as told" };
+    line("byte order", format!("{order} ({how})"));
+    line("distance", format!("{:.1} mm", report.distance_mm));
+    line("robot time", format!("{:.3} s", report.robot_time_s));
+    line("wall time", format!("{:.3} s", report.wall_time_s));
+    if !files.is_empty() {
+        line("report", files.join(", "));
+    }
+    let verdict = match (report.outcome.end, report.outcome.line) {
+        ("completed", _) => "done".to_string(),
+        ("interrupted", Some(at)) => format!("interrupted at line {at}"),
+        ("interrupted", None) => "interrupted".to_string(),
+        (_, Some(at)) => format!("stopped at line {at}"),
+        (_, None) => "stopped".to_string(),
+    };
+    format!("{}: {verdict}\n\n{}", report.program, lines.concat())
+}

@@ -1,0 +1,71 @@
+//! The system's monotonic clock, as [`Instant`]s of this crate.
+//!
+//! Invariants: time never goes back; the origin is the moment the clock was made, so instants of
+//! two clocks are not comparable.
+
+use std::thread;
+use std::time::Instant as SystemInstant;
+
+use crate::time::{Duration, Instant};
+
+/// A monotonic clock that starts at [`Instant::ZERO`] when it is made.
+#[derive(Clone, Copy, Debug)]
+pub struct MonotonicClock {
+    origin: SystemInstant,
+}
+
+impl MonotonicClock {
+    /// A clock whose origin is now.
+    #[must_use]
+    pub fn new() -> Self {
+        Self { origin: SystemInstant::now() }
+    }
+
+    /// Time since the clock was made.
+    #[must_use]
+    pub fn now(&self) -> Instant {
+        Instant::ZERO + self.origin.elapsed()
+    }
+
+    /// Sleeps until `deadline`, and returns the time of waking up.
+    ///
+    /// A deadline in the past returns at once. The operating system wakes the caller at or after
+    /// the deadline, never before; how much after is its own business and shows in the return value.
+    pub fn sleep_until(&self, deadline: Instant) -> Instant {
+        loop {
+            let now = self.now();
+            let remaining = deadline.saturating_duration_since(now);
+            if remaining == Duration::ZERO {
+                return now;
+            }
+            thread::sleep(remaining);
+        }
+    }
+}
+
+impl Default for MonotonicClock {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn waking_up_never_comes_before_the_deadline() {
+        let clock = MonotonicClock::new();
+        let deadline = clock.now() + Duration::from_millis(2);
+        let woken = clock.sleep_until(deadline);
+        assert!(woken >= deadline);
+        assert!(clock.now() >= woken);
+    }
+
+    #[test]
+    fn a_deadline_in_the_past_does_not_sleep() {
+        let clock = MonotonicClock::new();
+        let before = clock.now();
+        assert!(clock.sleep_until(Instant::ZERO) >= before);
+    }
+}

@@ -1,0 +1,10 @@
+//! Real I/O: the PLC's ends of the buses, and the system clock.
+//!
+//! Read [`direct`] first: the smallest link there is. Every link implements
+//! [`CyclicLink`](crate::cycle::CyclicLink) and has an error of its own: small, `Copy`, with the
+//! numbers inside and an `is_transient` that says whether trying again can help.
+//!
+//! Invariant: [`clock`] is the only file that names a system clock.
+
+pub mod clock;
+pub mod direct;
