@@ -256,12 +256,15 @@ impl Cell {
     /// What the robot took, compared with what was submitted: each at most once, in order, and
     /// every finished one really taken. Works on commands whose ID and arguments differ.
     pub(crate) fn judge_acceptance(&self) {
-        let places: BTreeMap<_, _> = self
-            .submitted
-            .iter()
-            .enumerate()
-            .map(|(at, s)| ((s.id, s.argument_bits), at))
-            .collect();
+        // Commands that were submitted twice cannot be told apart.
+        let mut places = BTreeMap::new();
+        let mut twice = BTreeSet::new();
+        for (at, s) in self.submitted.iter().enumerate() {
+            if places.insert((s.id, s.argument_bits), at).is_some() {
+                twice.insert((s.id, s.argument_bits));
+            }
+        }
+        places.retain(|command, _| !twice.contains(command));
         // What is not ours: the engine's checkpoints, and what an earlier PLC sent.
         let order: Vec<usize> =
             self.witness.accepted().iter().filter_map(|taken| places.get(taken).copied()).collect();
@@ -272,8 +275,9 @@ impl Cell {
         let acknowledged: BTreeSet<_> = self.witness.acknowledged().iter().copied().collect();
         for (at, submitted) in self.submitted.iter().enumerate() {
             let state = self.state(submitted.ticket);
-            let is_taken = order.binary_search(&at).is_ok();
-            let is_acknowledged = acknowledged.contains(&(submitted.id, submitted.argument_bits));
+            let command = (submitted.id, submitted.argument_bits);
+            let is_taken = twice.contains(&command) || order.binary_search(&at).is_ok();
+            let is_acknowledged = acknowledged.contains(&command);
             assert!(
                 is_taken || state.end != Some(End::Done),
                 "{submitted:?} is done, but the robot never took it\n{self:#?}"
