@@ -28,3 +28,8 @@ pub mod run;
 pub mod sim;
 pub mod time;
 pub mod wire;
+
+/// Keeps the example of the README compiling and true.
+#[cfg(all(doctest, feature = "cli"))]
+#[doc = include_str!("../README.md")]
+pub struct Readme;
