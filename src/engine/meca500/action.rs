@@ -123,6 +123,15 @@ pub(super) enum Internal {
     ClearHoming,
 }
 
+impl Internal {
+    pub(super) const fn id(self) -> MotionCommandId {
+        match self {
+            Self::Reboot => MotionCommandId::REBOOT_ROBOT,
+            Self::ClearHoming => MotionCommandId::CLEAR_HOMING,
+        }
+    }
+}
+
 /// How far such a command is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Errand {
@@ -142,13 +151,15 @@ pub(super) struct Clearing {
     pub(super) deadline: Instant,
 }
 
+/// `repr(C)`: what every cycle looks at comes last, in front of the engine's own hot fields.
 #[derive(Clone, Debug)]
+#[repr(C)]
 pub(super) struct Actions {
     queue: Ring<Action, 16>,
+    results: Ring<(Action, Option<Fault>), 16>,
     pub(super) running: Option<Running>,
     /// Kinds without their final event.
     pending: u32,
-    results: Ring<(Action, Option<Fault>), 16>,
     /// PauseMotion as commanded.
     pub(super) pause: bool,
     pub(super) pausing: Option<Instant>,
@@ -166,10 +177,10 @@ pub(super) struct Actions {
 impl Actions {
     pub(super) const fn new() -> Self {
         Self {
-            queue: Ring::new(),
+            queue: Ring::new(Action::Pause),
+            results: Ring::new((Action::Pause, None)),
             running: None,
             pending: 0,
-            results: Ring::new(),
             pause: false,
             pausing: None,
             clearing: None,
@@ -203,7 +214,11 @@ impl Actions {
 
     /// Moves results to the event queue as far as there is room.
     pub(super) fn say_results(&mut self, events: &mut Events) {
-        while let Some((action, fault)) = self.results.front() {
+        // Each result belongs to a pending kind.
+        if self.pending == 0 {
+            return;
+        }
+        while let Some(&(action, fault)) = self.results.front() {
             let event = match fault {
                 None => Event::ActionDone(action),
                 Some(fault) => Event::ActionFailed { action, fault },
@@ -217,14 +232,9 @@ impl Actions {
     }
 
     /// The command an action wants to send.
-    pub(super) fn wants_to_send(&self) -> Option<(Internal, u32)> {
+    pub(super) fn wants_to_send(&self) -> Option<Internal> {
         match self.errand? {
-            Errand::Wanted(internal @ Internal::Reboot) => {
-                Some((internal, MotionCommandId::REBOOT_ROBOT.0))
-            }
-            Errand::Wanted(internal @ Internal::ClearHoming) => {
-                Some((internal, MotionCommandId::CLEAR_HOMING.0))
-            }
+            Errand::Wanted(internal) => Some(internal),
             _ => None,
         }
     }

@@ -251,14 +251,15 @@ pub(super) const RESERVE: usize = 8;
 
 /// The event queue.
 #[derive(Clone, Debug)]
+#[repr(C)]
 pub(super) struct Events {
-    items: Ring<Item, EVENTS>,
     merged: u32,
+    items: Ring<Item, EVENTS>,
 }
 
 impl Events {
     pub(super) const fn new() -> Self {
-        Self { items: Ring::new(), merged: 0 }
+        Self { merged: 0, items: Ring::new(Item::Event(Event::Paused)) }
     }
 
     /// Whether a new ticket may get under way.
@@ -317,7 +318,12 @@ impl Events {
         self.merged = self.merged.saturating_add(1);
     }
 
-    pub(super) fn front(&self) -> Option<Item> {
+    /// Whether there is nothing to say.
+    pub(super) const fn is_empty(&self) -> bool {
+        self.items.is_empty() && self.merged == 0
+    }
+
+    pub(super) fn front(&self) -> Option<&Item> {
         self.items.front()
     }
 

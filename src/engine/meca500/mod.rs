@@ -165,7 +165,7 @@ impl<const QUEUE: usize> Engine<QUEUE> {
             detector: order::Detector::default(),
             dynamic: dynamic::Dynamic::new(),
             ledger: ledger::Ledger::new(config.checkpoint_range),
-            waiting: ring::Ring::new(),
+            waiting: ring::Ring::new(handshake::Waiting::NONE),
             events: event::Events::new(),
             config,
         }
