@@ -151,12 +151,10 @@ pub(super) struct Clearing {
     pub(super) deadline: Instant,
 }
 
-/// `repr(C)`: what every cycle looks at comes last, in front of the engine's own hot fields.
+/// `repr(C)`: what every cycle looks at comes first, behind the engine's own hot fields.
 #[derive(Clone, Debug)]
 #[repr(C)]
 pub(super) struct Actions {
-    queue: Ring<Action, 16>,
-    results: Ring<(Action, Option<Fault>), 16>,
     pub(super) running: Option<Running>,
     /// Kinds without their final event.
     pending: u32,
@@ -172,6 +170,8 @@ pub(super) struct Actions {
     pub(super) triggers_low: u16,
     /// Fresh cycles in which PauseMotion and ClearMotion were 0.
     pub(super) stops_low: u16,
+    queue: Ring<Action, 16>,
+    results: Ring<(Action, Option<Fault>), 16>,
 }
 
 impl Actions {

@@ -75,7 +75,7 @@ impl<const QUEUE: usize> Engine<QUEUE> {
         if !quality.is_fresh() || inputs.is_blank() {
             return false;
         }
-        match self.clock.see(inputs.clock_us, self.now, self.config.reboot_confirm_cycles) {
+        match self.clock.see(inputs.clock_us, self.now, self.pace.reboot_confirm_cycles) {
             ClockVerdict::Suspect { far_back } => {
                 if far_back {
                     self.hold_set_point();

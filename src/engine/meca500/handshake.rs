@@ -506,7 +506,7 @@ impl<const QUEUE: usize> Engine<QUEUE> {
         };
         let upcoming = front.and_then(|front| front.checkpoint);
         let mark_first = self.ledger.unmarked() > 0 && front.is_none()
-            || self.ledger.mark_due(self.config.checkpoints, upcoming);
+            || self.ledger.mark_due(self.pace.checkpoints, upcoming);
         let mut blocked = None;
         if mark_first && self.ledger.can_mark() {
             match self.gate(Requirement::ReadyForMotion, inputs) {
@@ -597,7 +597,9 @@ impl<const QUEUE: usize> Engine<QUEUE> {
             completion: terms.completion,
             needs_motion: terms.needs_motion(),
             checkpoint: terms.checkpoint,
-            expires: self.now + self.config.ack_timeout,
+            expires: Instant::from_nanos(
+                self.now.as_nanos().saturating_add(self.pace.ack_timeout_ns),
+            ),
             sent_cycle: self.cycles,
         });
     }

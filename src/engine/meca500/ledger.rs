@@ -37,10 +37,13 @@ pub(super) struct Entry {
     pub(super) kind_open: bool,
 }
 
-/// `repr(C)`: what every cycle looks at lies together, the rings behind it.
+/// `repr(C)`: what every cycle looks at lies together, behind the rings and beside the events.
 #[derive(Clone, Debug)]
 #[repr(C)]
 pub(super) struct Ledger {
+    entries: Ring<Entry, LEDGER>,
+    /// Boundaries of the outstanding automatic checkpoints.
+    marks: Ring<u32, LEDGER>,
     /// Index of the entry to come.
     next: u32,
     /// Entries below are settled.
@@ -62,9 +65,6 @@ pub(super) struct Ledger {
     last_sent: u32,
     reached: u32,
     discarded: u32,
-    entries: Ring<Entry, LEDGER>,
-    /// Boundaries of the outstanding automatic checkpoints.
-    marks: Ring<u32, LEDGER>,
 }
 
 /// Whether `index` is above `other` on the wrapping count.

@@ -67,7 +67,7 @@ pub use ticket::{RequestError, SubmitError, SubscribeError, Ticket};
 
 use crate::cycle::InputQuality;
 use crate::time::Instant;
-use crate::wire::meca500::image::{InputImage, OutputImage};
+use crate::wire::meca500::image::{FirmwareLayout, InputImage, OutputImage};
 use crate::wire::order::{ByteOrder, ImageOrder};
 use inputs::Inputs;
 
@@ -84,27 +84,44 @@ enum Purge {
     Always,
 }
 
+/// What every cycle needs of the configuration, apart from what special cycles need.
+#[derive(Clone, Copy, Debug)]
+struct Pace {
+    ack_timeout_ns: u64,
+    checkpoints: CheckpointPolicy,
+    layout: FirmwareLayout,
+    reboot_confirm_cycles: u8,
+}
+
 /// The PLC side of one robot. `QUEUE` commands can wait to be sent.
+// Thousands of engines do not fit into a cache: what a cycle costs is how many cache lines it touches.
+// So the order of the fields is their order in memory: first what only special cycles touch, then what
+// every cycle touches, then the rings, of which a cycle touches one place.
 #[derive(Clone, Debug)]
+#[repr(C, align(64))]
 pub struct Engine<const QUEUE: usize = 64> {
     config: Config,
-    now: Instant,
-    cycles: u64,
-    phase: connection::Phase,
-    bad_cycles: u32,
-    /// Cycles whose image had SetPoint 0.
-    set_point_low: u16,
-    /// The newest inputs that could be trusted.
-    inputs: Inputs,
-    outputs: outputs::Outputs,
-    clock: clock::RobotClock,
-    watch: watch::Watch,
-    port: handshake::Port,
-    /// The MoveID used last.
-    move_id: u16,
-    in_flight: Option<handshake::InFlight>,
+    detector: order::Detector,
     /// The command without an echo when the connection was lost.
     suspect: Option<handshake::InFlight>,
+    dynamic: dynamic::Dynamic,
+    velocity: velocity::Velocity,
+    pace: Pace,
+    now: Instant,
+    cycles: u64,
+    clock: clock::RobotClock,
+    /// The newest inputs that could be trusted.
+    inputs: Inputs,
+    watch: watch::Watch,
+    outputs: outputs::Outputs,
+    order: Option<ByteOrder>,
+    phase: connection::Phase,
+    bad_cycles: u32,
+    port: handshake::Port,
+    /// Cycles whose image had SetPoint 0.
+    set_point_low: u16,
+    /// The MoveID used last.
+    move_id: u16,
     /// Why nothing is sent until the caller decides.
     halted: Option<WaitReason>,
     purge: Purge,
@@ -112,22 +129,19 @@ pub struct Engine<const QUEUE: usize = 64> {
     had_motion: bool,
     /// Reasons for waiting that were said, one bit each.
     said_waiting: u32,
+    next_ticket: u32,
     /// Index of the command to be submitted next.
     waiting_next: u32,
     /// Waiting commands below are dropped or gone.
     waiting_dead: u32,
     /// Waiting commands below are lost when the robot's queue is lost.
     waiting_motion: u32,
-    next_ticket: u32,
     pending: usize,
-    velocity: velocity::Velocity,
-    actions: action::Actions,
+    in_flight: Option<handshake::InFlight>,
     statistics: Statistics,
-    order: Option<ByteOrder>,
-    detector: order::Detector,
-    dynamic: dynamic::Dynamic,
-    ledger: ledger::Ledger,
+    actions: action::Actions,
     waiting: ring::Ring<handshake::Waiting, QUEUE>,
+    ledger: ledger::Ledger,
     events: event::Events,
 }
 
@@ -167,6 +181,12 @@ impl<const QUEUE: usize> Engine<QUEUE> {
             ledger: ledger::Ledger::new(config.checkpoint_range),
             waiting: ring::Ring::new(handshake::Waiting::NONE),
             events: event::Events::new(),
+            pace: Pace {
+                ack_timeout_ns: config.ack_timeout.as_nanos().try_into().unwrap_or(u64::MAX),
+                checkpoints: config.checkpoints,
+                layout: config.layout,
+                reboot_confirm_cycles: config.reboot_confirm_cycles,
+            },
             config,
         }
     }
@@ -190,14 +210,26 @@ impl<const QUEUE: usize> Engine<QUEUE> {
         outputs: &mut OutputImage<O>,
     ) {
         self.order = Some(O::VALUE);
-        let fields = Inputs::read(inputs, self.config.layout);
+        let fields = Inputs::read(inputs, self.pace.layout);
         self.step(now, quality, &fields);
         if self.is_connected() {
             if self.bad_cycles == 0 {
                 self.dynamic.take(inputs, now);
             }
-            self.dynamic.schedule(now, self.config.dynamic_patience_cycles, &mut self.outputs);
+            self.dynamic.schedule(now, &self.config, &mut self.outputs);
         }
         self.outputs.write(outputs);
+    }
+}
+#[cfg(test)]
+mod zz_layout {
+    use super::*;
+    use core::mem::{offset_of, size_of};
+    #[test]
+    fn show() {
+        extern crate std;
+        macro_rules! o { ($($f:ident),*) => { $( std::println!("{} {}", stringify!($f), offset_of!(Engine<64>, $f)); )* } }
+        o!(detector, order, velocity, suspect, dynamic, config, actions, now, cycles, clock, inputs, outputs, watch, pace, phase, bad_cycles, port, set_point_low, move_id, halted, purge, had_motion, said_waiting, in_flight, statistics, pending, next_ticket, waiting_next, waiting_dead, waiting_motion, ledger, events, waiting);
+        std::println!("{} item {} entry {} inflight {} actions {}", size_of::<Engine<64>>(), size_of::<event::Item>(), size_of::<ledger::Entry>(), size_of::<handshake::InFlight>(), size_of::<action::Actions>());
     }
 }
