@@ -193,15 +193,18 @@ impl Actions {
         }
     }
 
+    #[inline]
     pub(super) const fn is_acting(&self) -> bool {
         self.pending != 0
     }
 
+    #[inline]
     pub(super) const fn is_clearing(&self) -> bool {
         self.clearing.is_some()
     }
 
     /// Whether ResumeMotion is 1.
+    #[inline]
     pub(super) fn is_resuming(&self) -> bool {
         self.running.is_some_and(|running| {
             matches!(running.step, Step::Resume { .. }) && running.stage != Stage::Start
@@ -213,11 +216,15 @@ impl Actions {
     }
 
     /// Moves results to the event queue as far as there is room.
+    #[inline]
     pub(super) fn say_results(&mut self, events: &mut Events) {
         // Each result belongs to a pending kind.
-        if self.pending == 0 {
-            return;
+        if self.is_acting() {
+            self.say_pending_results(events);
         }
+    }
+
+    fn say_pending_results(&mut self, events: &mut Events) {
         while let Some(&(action, fault)) = self.results.front() {
             let event = match fault {
                 None => Event::ActionDone(action),
@@ -232,6 +239,7 @@ impl Actions {
     }
 
     /// The command an action wants to send.
+    #[inline]
     pub(super) fn wants_to_send(&self) -> Option<Internal> {
         match self.errand? {
             Errand::Wanted(internal) => Some(internal),

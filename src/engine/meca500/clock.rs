@@ -35,7 +35,12 @@ pub(super) enum ClockVerdict {
     WentBack,
 }
 
+fn on_time(clock_us: u64, from_us: u64, slack_us: u64) -> bool {
+    clock_us >= from_us && clock_us.saturating_sub(from_us) <= slack_us
+}
+
 impl RobotClock {
+    #[inline]
     pub(super) fn see(&mut self, clock_us: u64, now: Instant, confirm: u8) -> ClockVerdict {
         let Some((last_us, at)) = self.trusted else {
             self.trusted = Some((clock_us, now));
@@ -43,13 +48,23 @@ impl RobotClock {
         };
         // Plain numbers: this runs in every cycle, and a `Duration` counts microseconds in 128 bits.
         let slack_us = now.as_nanos().saturating_sub(at.as_nanos()) / 1000 + SLACK_US;
-        let on_time = |from: u64| clock_us >= from && clock_us.saturating_sub(from) <= slack_us;
-        if on_time(last_us) {
+        if on_time(clock_us, last_us, slack_us) {
             self.trusted = Some((clock_us, now));
             self.suspicions = 0;
             return ClockVerdict::Steady;
         }
-        let consistent = self.suspicions > 0 && on_time(self.candidate_us);
+        self.suspect(clock_us, last_us, slack_us, now, confirm)
+    }
+
+    fn suspect(
+        &mut self,
+        clock_us: u64,
+        last_us: u64,
+        slack_us: u64,
+        now: Instant,
+        confirm: u8,
+    ) -> ClockVerdict {
+        let consistent = self.suspicions > 0 && on_time(clock_us, self.candidate_us, slack_us);
         self.suspicions = if consistent { self.suspicions.saturating_add(1) } else { 1 };
         self.candidate_us = clock_us;
         if self.suspicions < confirm.max(1) {

@@ -103,10 +103,10 @@ impl<const QUEUE: usize> Engine<QUEUE> {
     /// Everything at once as after power-up, whatever the clock says. In velocity mode an echo of 0
     /// proves nothing.
     fn fell_back_to_power_up(&self, inputs: &Inputs) -> bool {
-        self.phase == Phase::Ready
+        inputs.move_id == 0
+            && self.phase == Phase::Ready
             && matches!(self.port, Port::Sent | Port::Open)
             && self.inputs.move_id != 0
-            && inputs.move_id == 0
             && self.inputs.activated()
             && !inputs.activated()
             && self.inputs.homed()
@@ -114,7 +114,7 @@ impl<const QUEUE: usize> Engine<QUEUE> {
     }
 
     fn live(&mut self, inputs: &Inputs) {
-        let stopped_before = !self.inputs.stops().is_empty();
+        let stopped_before = !self.inputs.stops.is_empty();
         self.inputs = *inputs;
         self.watch.see(inputs, &mut self.events);
         match self.phase {
@@ -160,7 +160,7 @@ impl<const QUEUE: usize> Engine<QUEUE> {
         if let Some(sent) = self.suspect.take() {
             self.judge(&sent, inputs);
         }
-        self.run(inputs, !inputs.stops().is_empty());
+        self.run(inputs, !inputs.stops.is_empty());
     }
 
     /// A fresh cycle of a connected engine.
@@ -199,11 +199,11 @@ impl<const QUEUE: usize> Engine<QUEUE> {
             }
             Some(_) => {}
             None if discarded => {
-                let stopped = !inputs.stops().is_empty();
+                let stopped = !inputs.stops.is_empty();
                 let reason = if stopped { AbortReason::SafetyStop } else { AbortReason::Cleared };
                 self.lose_motion(reason, inputs);
             }
-            None if !inputs.stops().is_empty() && !stopped_before => {
+            None if !inputs.stops.is_empty() && !stopped_before => {
                 // The queue may have been kept (P-Stop 2 in pause mode) or not: see the ledger.
                 self.ledger.taint();
                 self.withdraw_motion(AbortReason::SafetyStop);
@@ -384,7 +384,7 @@ impl Verdict {
 /// Why the robot executes nothing of what it was sent, if so. A safety signal alone is no reason: in
 /// pause mode the queue is kept.
 fn motion_lost(inputs: &Inputs) -> Option<AbortReason> {
-    let stopped = !inputs.stops().is_empty();
+    let stopped = !inputs.stops.is_empty();
     if inputs.error_code != 0 {
         Some(AbortReason::Error(Code(inputs.error_code)))
     } else if !inputs.activated() {

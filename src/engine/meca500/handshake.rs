@@ -436,7 +436,7 @@ impl<const QUEUE: usize> Engine<QUEUE> {
         let homing_needed = requirement == Requirement::ReadyAndHomed;
         if inputs.error_code != 0 {
             Err(WaitReason::RobotError)
-        } else if !inputs.stops().is_empty() {
+        } else if !inputs.stops.is_empty() {
             Err(WaitReason::SafetyStop)
         } else if !inputs.activated() {
             Err(WaitReason::NotActivated)

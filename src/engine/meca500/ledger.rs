@@ -37,13 +37,10 @@ pub(super) struct Entry {
     pub(super) kind_open: bool,
 }
 
-/// `repr(C)`: what every cycle looks at lies together, behind the rings and beside the events.
+/// `repr(C)`: what every cycle looks at lies in one cache line, the rings behind it.
 #[derive(Clone, Debug)]
-#[repr(C)]
+#[repr(C, align(64))]
 pub(super) struct Ledger {
-    entries: Ring<Entry, LEDGER>,
-    /// Boundaries of the outstanding automatic checkpoints.
-    marks: Ring<u32, LEDGER>,
     /// Index of the entry to come.
     next: u32,
     /// Entries below are settled.
@@ -65,9 +62,13 @@ pub(super) struct Ledger {
     last_sent: u32,
     reached: u32,
     discarded: u32,
+    entries: Ring<Entry, LEDGER>,
+    /// Boundaries of the outstanding automatic checkpoints.
+    marks: Ring<u32, LEDGER>,
 }
 
 /// Whether `index` is above `other` on the wrapping count.
+#[inline]
 fn above(index: u32, other: u32) -> bool {
     index != other && index.wrapping_sub(other) < u32::MAX / 2
 }
@@ -123,26 +124,31 @@ impl Ledger {
     }
 
     /// Commands on the robot that are not finished.
+    #[inline]
     pub(super) fn live(&self) -> u32 {
         self.next.wrapping_sub(self.settled)
     }
 
     /// Live commands without an automatic checkpoint behind them.
+    #[inline]
     pub(super) fn unmarked(&self) -> u32 {
         self.next.wrapping_sub(self.marked).min(self.live())
     }
 
+    #[inline]
     pub(super) fn is_full(&self) -> bool {
         self.entries.free() == 0
     }
 
     /// Whether one more automatic checkpoint can be told from the others.
+    #[inline]
     pub(super) fn can_mark(&self) -> bool {
         self.marks.free() > 0 && self.marks.len() + 1 < u32::from(self.size())
     }
 
     /// Whether a checkpoint of the engine must go before anything else: the policy asks for it, or a
     /// user checkpoint `upcoming` would repeat the number before it, which nobody could see reached.
+    #[inline]
     pub(super) fn mark_due(&self, policy: CheckpointPolicy, upcoming: Option<NonZeroU16>) -> bool {
         let unmarked = self.unmarked();
         let by_policy = match policy {
@@ -173,6 +179,7 @@ impl Ledger {
     }
 
     /// Notes that the robot took a queued command.
+    #[inline]
     pub(super) fn accept(&mut self, entry: Entry) {
         if let Some(number) = entry.checkpoint {
             self.last_sent = number.get().into();
@@ -202,10 +209,12 @@ impl Ledger {
     }
 
     /// Takes CheckpointReached of this cycle.
+    #[inline]
     pub(super) fn see_reached(&mut self, number: u32) -> Reached {
-        if number == self.reached {
-            return Reached::Known;
-        }
+        if number == self.reached { Reached::Known } else { self.take_reached(number) }
+    }
+
+    fn take_reached(&mut self, number: u32) -> Reached {
         self.reached = number;
         let Some(short) = checkpoint(number) else { return Reached::Known };
         if self.range.contains(short.get()) {
@@ -231,10 +240,12 @@ impl Ledger {
     }
 
     /// Takes CheckpointDiscarded of this cycle; true if a checkpoint of ours was discarded.
+    #[inline]
     pub(super) fn see_discarded(&mut self, number: u32) -> bool {
-        if number == self.discarded {
-            return false;
-        }
+        number != self.discarded && self.take_discarded(number)
+    }
+
+    fn take_discarded(&mut self, number: u32) -> bool {
         self.discarded = number;
         let Some(short) = checkpoint(number) else { return false };
         if self.range.contains(short.get()) {
@@ -252,6 +263,7 @@ impl Ledger {
     }
 
     /// Index of the oldest entry that was not polled.
+    #[inline]
     fn polled_through(&self) -> u32 {
         self.next.wrapping_sub(self.entries.len())
     }
@@ -265,10 +277,14 @@ impl Ledger {
     }
 
     /// Says what was reached.
+    #[inline]
     pub(super) fn settle_reached(&mut self, events: &mut Events) {
-        if !above(self.reached_through, self.settled) {
-            return;
+        if above(self.reached_through, self.settled) {
+            self.settle_live(events);
         }
+    }
+
+    fn settle_live(&mut self, events: &mut Events) {
         if above(self.tainted, self.settled) {
             let upto = if above(self.tainted, self.reached_through) {
                 self.reached_through
@@ -314,6 +330,7 @@ impl Ledger {
     }
 
     /// The command that starts now because everything before it is finished, once.
+    #[inline]
     pub(super) fn starting(&self) -> Option<Ticket> {
         if self.live() == 0 || above(self.started, self.settled) {
             return None;
@@ -323,15 +340,18 @@ impl Ledger {
     }
 
     /// Notes that the start was said.
+    #[inline]
     pub(super) fn started(&mut self) {
         self.started = self.settled.wrapping_add(1);
     }
 
     /// The oldest entry not polled, if its index is below `upto`.
+    #[inline]
     pub(super) fn polling(&mut self, upto: u32) -> Option<&mut Entry> {
         if above(upto, self.polled_through()) { self.entries.get_mut(0) } else { None }
     }
 
+    #[inline]
     pub(super) fn polled(&mut self) {
         self.entries.pop();
     }
