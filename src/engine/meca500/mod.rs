@@ -221,15 +221,3 @@ impl<const QUEUE: usize> Engine<QUEUE> {
         self.outputs.write(outputs);
     }
 }
-#[cfg(test)]
-mod zz_layout {
-    use super::*;
-    use core::mem::{offset_of, size_of};
-    #[test]
-    fn show() {
-        extern crate std;
-        macro_rules! o { ($($f:ident),*) => { $( std::println!("{} {}", stringify!($f), offset_of!(Engine<64>, $f)); )* } }
-        o!(detector, order, velocity, suspect, dynamic, config, actions, now, cycles, clock, inputs, outputs, watch, pace, phase, bad_cycles, port, set_point_low, move_id, halted, purge, had_motion, said_waiting, in_flight, statistics, pending, next_ticket, waiting_next, waiting_dead, waiting_motion, ledger, events, waiting);
-        std::println!("{} item {} entry {} inflight {} actions {}", size_of::<Engine<64>>(), size_of::<event::Item>(), size_of::<ledger::Entry>(), size_of::<handshake::InFlight>(), size_of::<action::Actions>());
-    }
-}
