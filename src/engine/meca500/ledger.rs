@@ -18,6 +18,7 @@
 //! Left out: why commands are lost (abort.rs decides), and the tickets of instantaneous commands,
 //! which never enter.
 
+use core::mem::offset_of;
 use core::num::NonZeroU16;
 
 use super::config::{CheckpointPolicy, CheckpointRange};
@@ -66,6 +67,8 @@ pub(super) struct Ledger {
     /// Boundaries of the outstanding automatic checkpoints.
     marks: Ring<u32, LEDGER>,
 }
+
+const _: () = assert!(offset_of!(Ledger, entries) < 64);
 
 /// Whether `index` is above `other` on the wrapping count.
 #[inline]
