@@ -98,8 +98,10 @@ struct Pace {
 /// The PLC side of one robot. `QUEUE` commands can wait to be sent.
 // Thousands of engines do not fit into a cache: what a cycle costs is how many cache lines it touches.
 // So the order of the fields is their order in memory: first what only special cycles touch, then what
-// every cycle touches, then the rings, of which a cycle touches one place. Of 5,000 engines that
-// stream, each cycle touches 15 lines instead of 19 by this, and takes a third less time.
+// every cycle touches, then the rings, of which a cycle touches one place. Counted with a simulated
+// cache of 1 MiB, images included: 18.3 lines a streaming cycle, 19.3 where the compiler orders the
+// fields of this struct, 22.9 before the parts below were ordered and their entries packed. The last
+// line is within the noise of the clock; the order is fixed so that the count stays what it is.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub struct Engine<const QUEUE: usize = 64> {
