@@ -15,7 +15,7 @@ pub(crate) fn print(groups: &[Group], figures: &[Figures]) {
 fn print_group(group: &Group, figures: &[Figures]) {
     print!("\n{:<34}{:>9}{:>9}", group.title, "ns", "min ns");
     for reference in group.references {
-        print!("{:>12}", format!("x {reference}"));
+        print!("{:>1$}", format!("x {reference}"), column(reference));
     }
     println!("{:>14}", "instructions");
     for (subject, own) in group.subjects.iter().zip(figures) {
@@ -27,10 +27,15 @@ fn print_group(group: &Group, figures: &[Figures]) {
                 .iter()
                 .position(|subject| subject.name == *reference)
                 .map(|at| time.median / figures[at].nanoseconds.median);
-            print!("{:>12}", shown(ratio, 2));
+            print!("{:>1$}", shown(ratio, 2), column(reference));
         }
         println!("{:>14}", shown(own.instructions, 1));
     }
+}
+
+/// Width of the column of a reference.
+fn column(reference: &str) -> usize {
+    reference.len() + "  x ".len()
 }
 
 fn shown(figure: Option<f64>, decimals: usize) -> String {

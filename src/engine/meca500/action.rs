@@ -128,6 +128,15 @@ pub(super) enum Internal {
     ClearHoming,
 }
 
+impl Internal {
+    pub(super) const fn id(self) -> MotionCommandId {
+        match self {
+            Self::Reboot => MotionCommandId::REBOOT_ROBOT,
+            Self::ClearHoming => MotionCommandId::CLEAR_HOMING,
+        }
+    }
+}
+
 /// How far such a command is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Errand {
@@ -147,13 +156,13 @@ pub(super) struct Clearing {
     pub(super) deadline: Instant,
 }
 
+/// `repr(C)`: what every cycle looks at comes first, behind the engine's own hot fields.
 #[derive(Clone, Debug)]
+#[repr(C)]
 pub(super) struct Actions {
-    queue: Ring<Action, 16>,
     pub(super) running: Option<Running>,
     /// Kinds without their final event.
     pending: u32,
-    results: Ring<(Action, Option<Fault>), 16>,
     /// PauseMotion as commanded.
     pub(super) pause: bool,
     pub(super) pausing: Option<Instant>,
@@ -166,15 +175,17 @@ pub(super) struct Actions {
     pub(super) triggers_low: u16,
     /// Fresh cycles in which PauseMotion and ClearMotion were 0.
     pub(super) stops_low: u16,
+    queue: Ring<Action, 16>,
+    results: Ring<(Action, Option<Fault>), 16>,
 }
 
 impl Actions {
     pub(super) const fn new() -> Self {
         Self {
-            queue: Ring::new(),
+            queue: Ring::new(Action::Pause),
+            results: Ring::new((Action::Pause, None)),
             running: None,
             pending: 0,
-            results: Ring::new(),
             pause: false,
             pausing: None,
             clearing: None,
@@ -187,15 +198,18 @@ impl Actions {
         }
     }
 
+    #[inline]
     pub(super) const fn is_acting(&self) -> bool {
         self.pending != 0
     }
 
+    #[inline]
     pub(super) const fn is_clearing(&self) -> bool {
         self.clearing.is_some()
     }
 
     /// Whether ResumeMotion is 1.
+    #[inline]
     pub(super) fn is_resuming(&self) -> bool {
         self.running.is_some_and(|running| {
             matches!(running.step, Step::Resume { .. }) && running.stage != Stage::Start
@@ -207,8 +221,16 @@ impl Actions {
     }
 
     /// Moves results to the event queue as far as there is room.
+    #[inline]
     pub(super) fn say_results(&mut self, events: &mut Events) {
-        while let Some((action, fault)) = self.results.front() {
+        // Each result belongs to a pending kind.
+        if self.is_acting() {
+            self.say_pending_results(events);
+        }
+    }
+
+    fn say_pending_results(&mut self, events: &mut Events) {
+        while let Some(&(action, fault)) = self.results.front() {
             let event = match fault {
                 None => Event::ActionDone(action),
                 Some(fault) => Event::ActionFailed { action, fault },
@@ -222,14 +244,10 @@ impl Actions {
     }
 
     /// The command an action wants to send.
-    pub(super) fn wants_to_send(&self) -> Option<(Internal, u32)> {
+    #[inline]
+    pub(super) fn wants_to_send(&self) -> Option<Internal> {
         match self.errand? {
-            Errand::Wanted(internal @ Internal::Reboot) => {
-                Some((internal, MotionCommandId::REBOOT_ROBOT.0))
-            }
-            Errand::Wanted(internal @ Internal::ClearHoming) => {
-                Some((internal, MotionCommandId::CLEAR_HOMING.0))
-            }
+            Errand::Wanted(internal) => Some(internal),
             _ => None,
         }
     }

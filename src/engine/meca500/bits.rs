@@ -127,7 +127,7 @@ impl Step {
                 Some(Fault::RobotError(Code(inputs.error_code)))
             }
             Self::Resume { .. } if !inputs.activated() => Some(Fault::WrongState),
-            Self::Simulation(_) if deactivated && !inputs.stops().is_empty() => {
+            Self::Simulation(_) if deactivated && !inputs.stops.is_empty() => {
                 Some(Fault::SafetyStopPresent)
             }
             Self::Simulation(_) | Self::Brakes(_) | Self::Send(_) if !deactivated => {
@@ -140,6 +140,7 @@ impl Step {
 
 impl Actions {
     /// Counts how long bits have been low in what the robot was shown.
+    #[inline]
     pub(super) fn count_low(&mut self, outputs: &Outputs) {
         let low = !outputs.robot.intersects(TRIGGERS)
             && !outputs.motion.contains(MotionControlFlags::RESUME_MOTION);
@@ -149,6 +150,7 @@ impl Actions {
     }
 
     /// Writes the levels.
+    #[inline]
     pub(super) fn apply(&mut self, inputs: &Inputs, outputs: &mut Outputs) {
         let on = |level: Option<bool>| level == Some(true);
         outputs.robot.set(RobotControlFlags::ACTIVATE_SIM, on(self.simulation));
@@ -246,7 +248,7 @@ impl<const QUEUE: usize> Engine<QUEUE> {
                         !always
                             && !inputs.paused()
                             && !inputs.cleared()
-                            && inputs.stops().is_empty()
+                            && inputs.stops.is_empty()
                             && self.purge == Purge::No
                             && !self.actions.pause
                     }
@@ -264,7 +266,7 @@ impl<const QUEUE: usize> Engine<QUEUE> {
                     return Progress::Pending(Stage::Start);
                 }
                 self.command(step);
-                Progress::Pending(Stage::Held { fresh: 0, resets: inputs.stops() })
+                Progress::Pending(Stage::Held { fresh: 0, resets: inputs.stops })
             }
             Stage::Held { fresh, resets } => {
                 let fresh = fresh.saturating_add(1);
@@ -303,14 +305,14 @@ impl<const QUEUE: usize> Engine<QUEUE> {
     /// ResumeMotion is 1: confirmed by Paused 0 once the edge must have been seen, which matters
     /// where Paused was 0 all along.
     fn hold_resume(&self, inputs: &Inputs, fresh: u16, resets: SafetySignals) -> Progress {
-        if !resets.contains(inputs.stops()) {
+        if !resets.contains(inputs.stops) {
             // A new signal undid the edge; another one is due when it can be reset.
             return Progress::Pending(Stage::Start);
         }
         if fresh < self.config.edge_hold_cycles.max(1) {
             return Progress::Pending(Stage::Held { fresh, resets });
         }
-        let reset = !inputs.stops().intersects(resets);
+        let reset = !inputs.stops.intersects(resets);
         if reset && !inputs.paused() {
             Progress::Done
         } else if reset && !resets.is_empty() {

@@ -8,10 +8,11 @@
 //! A single frame that comes late, or carries a flipped bit, must not look like a reboot, so an odd
 //! value has to repeat itself consistently before it counts.
 
-use crate::time::{Duration, Instant};
+use crate::time::Instant;
 
-/// Tolerated difference between the robot's clock and ours since the last trusted image.
-const SLACK: Duration = Duration::from_secs(10);
+/// Tolerated difference between the robot's clock and ours since the last trusted image, in
+/// microseconds.
+const SLACK_US: u64 = 10_000_000;
 
 /// How far back the clock of a late image may be, in microseconds.
 const LATE_US: u64 = 1_000_000;
@@ -34,21 +35,36 @@ pub(super) enum ClockVerdict {
     WentBack,
 }
 
+fn on_time(clock_us: u64, from_us: u64, slack_us: u64) -> bool {
+    clock_us >= from_us && clock_us.saturating_sub(from_us) <= slack_us
+}
+
 impl RobotClock {
+    #[inline]
     pub(super) fn see(&mut self, clock_us: u64, now: Instant, confirm: u8) -> ClockVerdict {
         let Some((last_us, at)) = self.trusted else {
             self.trusted = Some((clock_us, now));
             return ClockVerdict::Steady;
         };
-        let passed = now.saturating_duration_since(at).saturating_add(SLACK);
-        let slack_us = u64::try_from(passed.as_micros()).unwrap_or(u64::MAX);
-        let on_time = |from: u64| clock_us >= from && clock_us.saturating_sub(from) <= slack_us;
-        if on_time(last_us) {
+        // Plain numbers: this runs in every cycle, and a `Duration` counts microseconds in 128 bits.
+        let slack_us = now.as_nanos().saturating_sub(at.as_nanos()) / 1000 + SLACK_US;
+        if on_time(clock_us, last_us, slack_us) {
             self.trusted = Some((clock_us, now));
             self.suspicions = 0;
             return ClockVerdict::Steady;
         }
-        let consistent = self.suspicions > 0 && on_time(self.candidate_us);
+        self.suspect(clock_us, last_us, slack_us, now, confirm)
+    }
+
+    fn suspect(
+        &mut self,
+        clock_us: u64,
+        last_us: u64,
+        slack_us: u64,
+        now: Instant,
+        confirm: u8,
+    ) -> ClockVerdict {
+        let consistent = self.suspicions > 0 && on_time(clock_us, self.candidate_us, slack_us);
         self.suspicions = if consistent { self.suspicions.saturating_add(1) } else { 1 };
         self.candidate_us = clock_us;
         if self.suspicions < confirm.max(1) {

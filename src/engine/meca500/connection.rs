@@ -75,7 +75,7 @@ impl<const QUEUE: usize> Engine<QUEUE> {
         if !quality.is_fresh() || inputs.is_blank() {
             return false;
         }
-        match self.clock.see(inputs.clock_us, self.now, self.config.reboot_confirm_cycles) {
+        match self.clock.see(inputs.clock_us, self.now, self.pace.reboot_confirm_cycles) {
             ClockVerdict::Suspect { far_back } => {
                 if far_back {
                     self.hold_set_point();
@@ -103,10 +103,10 @@ impl<const QUEUE: usize> Engine<QUEUE> {
     /// Everything at once as after power-up, whatever the clock says. In velocity mode an echo of 0
     /// proves nothing.
     fn fell_back_to_power_up(&self, inputs: &Inputs) -> bool {
-        self.phase == Phase::Ready
+        inputs.move_id == 0
+            && self.phase == Phase::Ready
             && matches!(self.port, Port::Sent | Port::Open)
             && self.inputs.move_id != 0
-            && inputs.move_id == 0
             && self.inputs.activated()
             && !inputs.activated()
             && self.inputs.homed()
@@ -114,14 +114,15 @@ impl<const QUEUE: usize> Engine<QUEUE> {
     }
 
     fn live(&mut self, inputs: &Inputs) {
-        let before = core::mem::replace(&mut self.inputs, *inputs);
+        let stopped_before = !self.inputs.stops.is_empty();
+        self.inputs = *inputs;
         self.watch.see(inputs, &mut self.events);
         match self.phase {
             Phase::Ready if inputs.monitoring() => {
                 self.let_go(AbortReason::LinkLost);
                 self.enter_monitoring();
             }
-            Phase::Ready => self.run(inputs, &before),
+            Phase::Ready => self.run(inputs, stopped_before),
             Phase::Monitoring if inputs.monitoring() => {}
             Phase::Settling { .. } if inputs.monitoring() => self.enter_monitoring(),
             Phase::Offline | Phase::Monitoring => self.phase = Phase::Settling { fresh: 1 },
@@ -159,11 +160,11 @@ impl<const QUEUE: usize> Engine<QUEUE> {
         if let Some(sent) = self.suspect.take() {
             self.judge(&sent, inputs);
         }
-        self.run(inputs, inputs);
+        self.run(inputs, !inputs.stops.is_empty());
     }
 
     /// A fresh cycle of a connected engine.
-    fn run(&mut self, inputs: &Inputs, before: &Inputs) {
+    fn run(&mut self, inputs: &Inputs, stopped_before: bool) {
         self.acknowledge(inputs);
         if self.port == Port::Sent {
             self.outputs.set_point(true);
@@ -173,7 +174,7 @@ impl<const QUEUE: usize> Engine<QUEUE> {
         }
         self.ledger.settle_reached(&mut self.events);
         let discarded = self.ledger.see_discarded(inputs.discarded);
-        self.check_motion(inputs, before, discarded);
+        self.check_motion(inputs, stopped_before, discarded);
         if !inputs.paused()
             && let Some(ticket) = self.ledger.starting()
             && self.events.state(Event::Started { ticket })
@@ -190,7 +191,7 @@ impl<const QUEUE: usize> Engine<QUEUE> {
     }
 
     /// Ends what the robot will not execute any more.
-    fn check_motion(&mut self, inputs: &Inputs, before: &Inputs, discarded: bool) {
+    fn check_motion(&mut self, inputs: &Inputs, stopped_before: bool, discarded: bool) {
         let lost = motion_lost(inputs);
         match lost {
             Some(reason) if self.had_motion || self.ledger.live() > 0 => {
@@ -198,11 +199,11 @@ impl<const QUEUE: usize> Engine<QUEUE> {
             }
             Some(_) => {}
             None if discarded => {
-                let stopped = !inputs.stops().is_empty();
+                let stopped = !inputs.stops.is_empty();
                 let reason = if stopped { AbortReason::SafetyStop } else { AbortReason::Cleared };
                 self.lose_motion(reason, inputs);
             }
-            None if !inputs.stops().is_empty() && before.stops().is_empty() => {
+            None if !inputs.stops.is_empty() && !stopped_before => {
                 // The queue may have been kept (P-Stop 2 in pause mode) or not: see the ledger.
                 self.ledger.taint();
                 self.withdraw_motion(AbortReason::SafetyStop);
@@ -300,9 +301,15 @@ impl<const QUEUE: usize> Engine<QUEUE> {
     }
 
     /// The next event, oldest first; `None` when there is none.
+    #[inline]
     pub fn poll_event(&mut self) -> Option<Event> {
+        // Every reader ends with a question that is answered by nothing: that answer needs no call.
+        if self.events.is_empty() { None } else { self.next_event() }
+    }
+
+    fn next_event(&mut self) -> Option<Event> {
         loop {
-            let Some(item) = self.events.front() else { return self.events.take_merged() };
+            let Some(&item) = self.events.front() else { return self.events.take_merged() };
             let event = match item {
                 Item::Event(event) => {
                     self.events.pop();
@@ -331,8 +338,8 @@ impl<const QUEUE: usize> Engine<QUEUE> {
         };
         if let Some(number) = checkpoint {
             return Some(match verdict {
-                Verdict::Done => Event::CheckpointReached { number },
-                _ => Event::CheckpointDiscarded { number },
+                Verdict::Done => Event::CheckpointReached { number: number.get() },
+                _ => Event::CheckpointDiscarded { number: number.get() },
             });
         }
         let (ticket, kind_open) = (entry.ticket, entry.kind_open);
@@ -347,14 +354,14 @@ impl<const QUEUE: usize> Engine<QUEUE> {
     }
 
     fn poll_dropped(&mut self, upto: u32, reason: AbortReason) -> Option<Event> {
-        let length = u32::try_from(self.waiting.len()).unwrap_or(0);
+        let length = self.waiting.len();
         let left_before_upto = upto.wrapping_sub(self.waiting_next.wrapping_sub(length));
         if left_before_upto == 0 || left_before_upto > length {
             return None;
         }
         let waiting = self.waiting.pop()?;
         self.pending = self.pending.saturating_sub(1);
-        Some(Event::Aborted { ticket: waiting.ticket, reason })
+        Some(Event::Aborted { ticket: waiting.terms.ticket, reason })
     }
 
     /// Why nothing is sent although commands wait, if the caller has to decide.
@@ -377,7 +384,7 @@ impl Verdict {
 /// Why the robot executes nothing of what it was sent, if so. A safety signal alone is no reason: in
 /// pause mode the queue is kept.
 fn motion_lost(inputs: &Inputs) -> Option<AbortReason> {
-    let stopped = !inputs.stops().is_empty();
+    let stopped = !inputs.stops.is_empty();
     if inputs.error_code != 0 {
         Some(AbortReason::Error(Code(inputs.error_code)))
     } else if !inputs.activated() {

@@ -11,6 +11,7 @@
 //! Left out: what the values mean ([`crate::wire::meca500::dynamic`]).
 
 use super::Engine;
+use super::config::Config;
 use super::outputs::Outputs;
 use super::ticket::SubscribeError;
 use crate::time::{Duration, Instant};
@@ -43,22 +44,25 @@ struct Slot {
     waited: u16,
 }
 
+/// `repr(C)`: the count, all that is looked at while nothing is wanted, lies beside the engine's
+/// other hot fields.
 #[derive(Clone, Debug)]
+#[repr(C)]
 pub(super) struct Dynamic {
     wanted: [Option<Wanted>; SUBSCRIPTIONS],
-    count: usize,
     slots: [Slot; 4],
     /// Position the next free slot starts looking from.
     turn: usize,
+    count: usize,
 }
 
 impl Dynamic {
     pub(super) const fn new() -> Self {
         Self {
             wanted: [None; SUBSCRIPTIONS],
-            count: 0,
             slots: [Slot { asks: None, waited: 0 }; 4],
             turn: 0,
+            count: 0,
         }
     }
 
@@ -120,11 +124,15 @@ impl Dynamic {
 
     /// Gives each slot its type for the coming cycle.
     #[inline]
-    pub(super) fn schedule(&mut self, now: Instant, patience: u16, outputs: &mut Outputs) {
+    pub(super) fn schedule(&mut self, now: Instant, config: &Config, outputs: &mut Outputs) {
         if self.count == 0 {
             outputs.dynamic = [0; 4];
-            return;
+        } else {
+            self.take_turns(now, config.dynamic_patience_cycles, outputs);
         }
+    }
+
+    fn take_turns(&mut self, now: Instant, patience: u16, outputs: &mut Outputs) {
         let crowded = self.count > self.slots.len();
         for index in 0..self.slots.len() {
             let Some(mut slot) = self.slots.get(index).copied() else { continue };

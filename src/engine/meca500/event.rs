@@ -250,23 +250,27 @@ pub(super) const EVENTS: usize = 64;
 pub(super) const RESERVE: usize = 8;
 
 /// The event queue.
+/// One that is read as it fills stays in its first cache line, see [`Ring`].
 #[derive(Clone, Debug)]
+#[repr(C, align(64))]
 pub(super) struct Events {
-    items: Ring<Item, EVENTS>,
     merged: u32,
+    items: Ring<Item, EVENTS>,
 }
 
 impl Events {
     pub(super) const fn new() -> Self {
-        Self { items: Ring::new(), merged: 0 }
+        Self { merged: 0, items: Ring::new(Item::Event(Event::Paused)) }
     }
 
     /// Whether a new ticket may get under way.
+    #[inline]
     pub(super) const fn has_reserve(&self) -> bool {
         self.items.free() > RESERVE
     }
 
     /// Says something about a ticket; always has room by the reserve.
+    #[inline]
     pub(super) fn ticket(&mut self, item: Item) -> bool {
         if let (Some(Item::Finish { upto, verdict }), Item::Finish { upto: more, verdict: same }) =
             (self.items.back_mut(), item)
@@ -275,9 +279,10 @@ impl Events {
             *upto = more;
             return true;
         }
-        if self.items.push(item) {
-            return true;
-        }
+        self.items.push(item) || self.widen(item)
+    }
+
+    fn widen(&mut self, item: Item) -> bool {
         // No place left: a range may still grow, out of order with what was said since.
         if let Item::Finish { upto: more, verdict: Verdict::Done } = item {
             let last = (0..self.items.len())
@@ -317,10 +322,18 @@ impl Events {
         self.merged = self.merged.saturating_add(1);
     }
 
-    pub(super) fn front(&self) -> Option<Item> {
+    /// Whether there is nothing to say.
+    #[inline]
+    pub(super) const fn is_empty(&self) -> bool {
+        self.items.is_empty() && self.merged == 0
+    }
+
+    #[inline]
+    pub(super) fn front(&self) -> Option<&Item> {
         self.items.front()
     }
 
+    #[inline]
     pub(super) fn pop(&mut self) {
         self.items.pop();
     }

@@ -22,6 +22,8 @@
 //! to one command; a new MoveID differs from 0, from the echo and from the one before; a command is
 //! written to the image once and never again.
 
+use core::num::NonZeroU16;
+
 use super::Engine;
 use super::action::Internal;
 use super::event::{AbortReason, Event, Fault, Item, UnknownCause, Verdict, WaitReason};
@@ -70,18 +72,60 @@ pub(super) enum Completion {
     Open,
 }
 
+/// What decides when a command can go out, and what becomes of it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Terms {
+    pub(super) ticket: Ticket,
+    completion: Completion,
+    requirement: Requirement,
+    checkpoint: Option<NonZeroU16>,
+}
+
 /// A command to be sent.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Waiting {
-    pub(super) ticket: Ticket,
+    pub(super) terms: Terms,
     id: u32,
     arguments: [f32; 6],
-    completion: Completion,
-    requirement: Requirement,
-    checkpoint: Option<u16>,
 }
 
 impl Waiting {
+    pub(super) const NONE: Self = Self {
+        terms: Terms {
+            ticket: Ticket(0),
+            completion: Completion::Instant,
+            requirement: Requirement::Deactivated,
+            checkpoint: None,
+        },
+        id: 0,
+        arguments: [0.0; 6],
+    };
+
+    /// A step of an action.
+    fn errand(internal: Internal) -> Self {
+        Self { id: internal.id().0, ..Self::NONE }
+    }
+
+    /// The engine's own checkpoint.
+    fn mark(number: u16) -> Self {
+        let mut arguments = [0.0; 6];
+        if let Some(first) = arguments.first_mut() {
+            *first = f32::from(number);
+        }
+        Self {
+            terms: Terms {
+                ticket: Ticket(0),
+                completion: Completion::Queued,
+                requirement: Requirement::ReadyForMotion,
+                checkpoint: None,
+            },
+            id: MotionCommandId::SET_CHECKPOINT.0,
+            arguments,
+        }
+    }
+}
+
+impl Terms {
     /// Whether it is lost when the robot's queue is.
     fn needs_motion(&self) -> bool {
         matches!(
@@ -114,8 +158,8 @@ pub(super) struct InFlight {
     pub(super) error_before: u16,
     pub(super) completion: Completion,
     needs_motion: bool,
-    checkpoint: Option<u16>,
-    sent_at: Instant,
+    checkpoint: Option<NonZeroU16>,
+    expires: Instant,
     sent_cycle: u64,
 }
 
@@ -149,22 +193,23 @@ impl<const QUEUE: usize> Engine<QUEUE> {
         if spec.is_some_and(|spec| !spec.available) {
             return Err(SubmitError::NotAvailable { id: id.0 });
         }
-        match command.kind() {
+        let kind = spec.map_or(CommandKind::Unknown, |spec| spec.kind);
+        match kind {
             CommandKind::Velocity => return Err(SubmitError::VelocityCommand),
             CommandKind::NoMovement => return Err(SubmitError::NoMovement),
             _ => {}
         }
         let checkpoint = match id {
             MotionCommandId::SET_CHECKPOINT => match MotionCommand::decode(id, arguments) {
-                MotionCommand::SetCheckpoint(number @ 1..=8000) => Some(number),
+                MotionCommand::SetCheckpoint(number @ 1..=8000) => NonZeroU16::new(number),
                 _ => return Err(SubmitError::BadCheckpoint),
             },
             _ => None,
         };
         if let Some(number) = checkpoint
-            && self.ledger.range().contains(number)
+            && self.ledger.range().contains(number.get())
         {
-            return Err(SubmitError::ReservedCheckpoint { number });
+            return Err(SubmitError::ReservedCheckpoint { number: number.get() });
         }
         if self.is_monitoring() {
             return Err(SubmitError::MonitoringOnly);
@@ -176,18 +221,16 @@ impl<const QUEUE: usize> Engine<QUEUE> {
             return Err(SubmitError::EventsUnread);
         }
         let ticket = Ticket(self.next_ticket);
-        let waiting = Waiting {
+        let terms = Terms {
             ticket,
-            id: id.0,
-            arguments,
-            completion: completion_of(command.kind()),
+            completion: completion_of(kind),
             requirement: spec.map_or(Requirement::NotStated, |spec| spec.requires),
             checkpoint,
         };
-        self.waiting.push(waiting);
+        self.waiting.push(Waiting { terms, id: id.0, arguments });
         self.next_ticket = self.next_ticket.wrapping_add(1).max(1);
         self.waiting_next = self.waiting_next.wrapping_add(1);
-        if waiting.needs_motion() || waiting.completion != Completion::Instant {
+        if terms.needs_motion() || terms.completion != Completion::Instant {
             self.waiting_motion = self.waiting_next;
         }
         self.pending = self.pending.saturating_add(1);
@@ -258,8 +301,10 @@ impl<const QUEUE: usize> Engine<QUEUE> {
 
     /// Looks for the echo. Also watches a withdrawn command for a late one.
     pub(super) fn acknowledge(&mut self, inputs: &Inputs) {
-        let Some(sent) = self.in_flight else { return };
+        // By reference: all of the command is needed only in the cycle of its echo.
+        let Some(sent) = &self.in_flight else { return };
         if inputs.move_id == sent.move_id {
+            let sent = *sent;
             let late = matches!(self.port, Port::Withdrawn { .. });
             self.in_flight = None;
             if late {
@@ -284,6 +329,7 @@ impl<const QUEUE: usize> Engine<QUEUE> {
                 self.port = Port::Withdrawn { fresh, why };
                 return;
             }
+            let sent = *sent;
             self.in_flight = None;
             self.close_port();
             self.never_acknowledged(&sent, why);
@@ -362,8 +408,7 @@ impl<const QUEUE: usize> Engine<QUEUE> {
         if self.port != Port::Sent {
             return;
         }
-        let Some(sent) = self.in_flight else { return };
-        if self.now.saturating_duration_since(sent.sent_at) >= self.config.ack_timeout {
+        if self.in_flight.as_ref().is_some_and(|sent| self.now >= sent.expires) {
             self.withdraw(Withdrawal::AckTimeout);
             self.events.state_or_merge(Event::Fault(Fault::AckTimeout));
             self.statistics.ack_timeouts += 1;
@@ -391,7 +436,7 @@ impl<const QUEUE: usize> Engine<QUEUE> {
         let homing_needed = requirement == Requirement::ReadyAndHomed;
         if inputs.error_code != 0 {
             Err(WaitReason::RobotError)
-        } else if !inputs.stops().is_empty() {
+        } else if !inputs.stops.is_empty() {
             Err(WaitReason::SafetyStop)
         } else if !inputs.activated() {
             Err(WaitReason::NotActivated)
@@ -424,18 +469,10 @@ impl<const QUEUE: usize> Engine<QUEUE> {
     }
 
     /// The next command to go out, if there is one the robot can take.
-    fn choose(&mut self, inputs: &Inputs) -> Option<(Owner, Waiting)> {
-        if let Some((internal, id)) = self.actions.wants_to_send() {
-            let command = Waiting {
-                ticket: Ticket(0),
-                id,
-                arguments: [0.0; 6],
-                completion: Completion::Instant,
-                requirement: Requirement::Deactivated,
-                checkpoint: None,
-            };
-            return match self.gate(command.requirement, inputs) {
-                Ok(()) => Some((Owner::Action(internal), command)),
+    fn choose(&mut self, inputs: &Inputs) -> Option<Owner> {
+        if let Some(internal) = self.actions.wants_to_send() {
+            return match self.gate(Waiting::errand(internal).terms.requirement, inputs) {
+                Ok(()) => Some(Owner::Action(internal)),
                 Err(_) => None,
             };
         }
@@ -457,7 +494,7 @@ impl<const QUEUE: usize> Engine<QUEUE> {
             self.say_waiting(WaitReason::EventsUnread);
             return None;
         }
-        let dropped = u32::try_from(self.waiting.len()).unwrap_or(0) > self.waiting_live();
+        let dropped = self.waiting.len() > self.waiting_live();
         let front = if self.waiting_live() == 0 {
             None
         } else if dropped {
@@ -465,15 +502,15 @@ impl<const QUEUE: usize> Engine<QUEUE> {
             self.say_waiting(WaitReason::EventsUnread);
             return None;
         } else {
-            self.waiting.front()
+            self.waiting.front().map(|front| front.terms)
         };
         let upcoming = front.and_then(|front| front.checkpoint);
         let mark_first = self.ledger.unmarked() > 0 && front.is_none()
-            || self.ledger.mark_due(self.config.checkpoints, upcoming);
+            || self.ledger.mark_due(self.pace.checkpoints, upcoming);
         let mut blocked = None;
         if mark_first && self.ledger.can_mark() {
             match self.gate(Requirement::ReadyForMotion, inputs) {
-                Ok(()) | Err(WaitReason::LedgerFull) => return Some((Owner::Mark, mark())),
+                Ok(()) | Err(WaitReason::LedgerFull) => return Some(Owner::Mark),
                 Err(reason) => blocked = Some(reason),
             }
         } else if mark_first && upcoming.is_some() {
@@ -485,7 +522,7 @@ impl<const QUEUE: usize> Engine<QUEUE> {
             (Err(reason), _) => reason,
             // A checkpoint that is due goes first, unless the command is none of the queue's.
             (Ok(()), Some(reason)) if front.completion != Completion::Instant => reason,
-            (Ok(()), _) => return Some((Owner::Ticket(front.ticket), front)),
+            (Ok(()), _) => return Some(Owner::Ticket(front.ticket)),
         };
         self.say_waiting(reason);
         None
@@ -496,7 +533,7 @@ impl<const QUEUE: usize> Engine<QUEUE> {
         if self.in_flight.is_some() {
             return;
         }
-        let Some((owner, command)) = self.choose(inputs) else {
+        let Some(owner) = self.choose(inputs) else {
             if self.port == Port::Open {
                 self.outputs.idle_command();
             }
@@ -506,11 +543,11 @@ impl<const QUEUE: usize> Engine<QUEUE> {
             return;
         };
         match self.port {
-            Port::Open => self.emit(owner, &command, inputs),
+            Port::Open => self.emit(owner, inputs),
             Port::Arming { fresh } => {
                 let fresh = fresh.saturating_add(1);
                 if inputs.move_id == self.move_id || fresh >= self.config.arm_cycles.max(1) {
-                    self.emit(owner, &command, inputs);
+                    self.emit(owner, inputs);
                 } else {
                     self.port = Port::Arming { fresh };
                 }
@@ -528,24 +565,24 @@ impl<const QUEUE: usize> Engine<QUEUE> {
         }
     }
 
-    fn emit(&mut self, owner: Owner, command: &Waiting, inputs: &Inputs) {
-        let mut arguments = command.arguments;
-        match owner {
+    fn emit(&mut self, owner: Owner, inputs: &Inputs) {
+        let Waiting { terms, id, arguments } = match owner {
             Owner::Ticket(_) => {
-                self.waiting.pop();
+                let Some(front) = self.waiting.pop() else { return };
                 self.waiting_dead = self.waiting_dead.wrapping_add(1);
+                front
             }
             Owner::Mark => {
-                let number = self.ledger.mark();
-                if let Some(first) = arguments.first_mut() {
-                    *first = f32::from(number);
-                }
                 self.statistics.automatic_checkpoints += 1;
+                Waiting::mark(self.ledger.mark())
             }
-            Owner::Action(internal) => self.actions.sent(internal),
-        }
+            Owner::Action(internal) => {
+                self.actions.sent(internal);
+                Waiting::errand(internal)
+            }
+        };
         let move_id = self.fresh_move_id(inputs.move_id);
-        self.outputs.command = command.id;
+        self.outputs.command = id;
         self.outputs.arguments = arguments;
         self.outputs.move_id = move_id;
         self.outputs.set_point(true);
@@ -553,14 +590,16 @@ impl<const QUEUE: usize> Engine<QUEUE> {
         self.statistics.sent += 1;
         self.in_flight = Some(InFlight {
             owner,
-            id: command.id,
+            id,
             move_id,
             previous: inputs.move_id,
             error_before: inputs.error_code,
-            completion: command.completion,
-            needs_motion: command.needs_motion() || owner == Owner::Mark,
-            checkpoint: command.checkpoint,
-            sent_at: self.now,
+            completion: terms.completion,
+            needs_motion: terms.needs_motion(),
+            checkpoint: terms.checkpoint,
+            expires: Instant::from_nanos(
+                self.now.as_nanos().saturating_add(self.pace.ack_timeout_ns),
+            ),
             sent_cycle: self.cycles,
         });
     }
@@ -585,17 +624,5 @@ impl<const QUEUE: usize> Engine<QUEUE> {
             Owner::Action(internal) => self.actions.refused(internal),
             Owner::Mark => self.ledger.mark_again(),
         }
-    }
-}
-
-/// The engine's own checkpoint; its number comes when it is sent.
-fn mark() -> Waiting {
-    Waiting {
-        ticket: Ticket(0),
-        id: MotionCommandId::SET_CHECKPOINT.0,
-        arguments: [0.0; 6],
-        completion: Completion::Queued,
-        requirement: Requirement::ReadyForMotion,
-        checkpoint: None,
     }
 }

@@ -15,7 +15,8 @@ pub(super) struct Inputs {
     pub(super) fifo_space: u16,
     pub(super) reached: u32,
     pub(super) discarded: u32,
-    pub(super) signals: SafetySignals,
+    /// Safety signals that are 1, the deprecated bits included: the two may differ while resettable.
+    pub(super) stops: SafetySignals,
     pub(super) resettable: SafetyResettable,
     /// The robot's clock in microseconds.
     pub(super) clock_us: u64,
@@ -27,15 +28,17 @@ impl Inputs {
         let motion = &image.motion_status;
         let checkpoints = motion.checkpoints(layout);
         let time = &image.robot_timestamp;
+        let robot = image.robot_status.flags.get();
+        let motion_flags = motion.flags.get();
         Self {
-            robot: image.robot_status.flags.get(),
+            robot,
             error_code: image.robot_status.error_code.get(),
-            motion: motion.flags.get(),
+            motion: motion_flags,
             move_id: motion.move_id.get(),
             fifo_space: motion.fifo_space.get(),
             reached: checkpoints.reached,
             discarded: checkpoints.discarded,
-            signals: image.safety_status.signals.get(),
+            stops: stops(image.safety_status.signals.get(), robot, motion_flags),
             resettable: image.safety_status.resettable.get(),
             clock_us: u64::from(time.seconds.get()) * 1_000_000
                 + u64::from(time.microseconds.get()),
@@ -75,22 +78,10 @@ impl Inputs {
         self.motion.contains(MotionStatusFlags::CLEARED)
     }
 
-    /// Safety signals that are 1, the deprecated bits included: the two may differ while resettable.
-    pub(super) fn stops(&self) -> SafetySignals {
-        let mut stops = self.signals;
-        if self.robot.contains(RobotStatusFlags::E_STOP) {
-            stops |= SafetySignals::E_STOP;
-        }
-        if self.motion.contains(MotionStatusFlags::P_STOP2) {
-            stops |= SafetySignals::P_STOP2;
-        }
-        stops
-    }
-
     /// Safety signals that ResumeMotion cannot reset now. The E-Stop is reset by a button only.
     pub(super) fn blocking_stops(&self) -> SafetySignals {
         let resettable = SafetySignals::from_bits_retain(self.resettable.bits());
-        self.stops().difference(resettable.difference(SafetySignals::E_STOP))
+        self.stops.difference(resettable.difference(SafetySignals::E_STOP))
     }
 
     /// Safety signals that ResumeMotion can reset now.
@@ -102,7 +93,23 @@ impl Inputs {
         self.activated()
             && (self.homed() || self.recovery())
             && self.error_code == 0
-            && self.stops().is_empty()
+            && self.stops.is_empty()
             && !self.cleared()
     }
+}
+
+#[inline]
+fn stops(
+    signals: SafetySignals,
+    robot: RobotStatusFlags,
+    motion: MotionStatusFlags,
+) -> SafetySignals {
+    let mut stops = signals;
+    if robot.contains(RobotStatusFlags::E_STOP) {
+        stops |= SafetySignals::E_STOP;
+    }
+    if motion.contains(MotionStatusFlags::P_STOP2) {
+        stops |= SafetySignals::P_STOP2;
+    }
+    stops
 }

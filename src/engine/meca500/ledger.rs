@@ -18,6 +18,9 @@
 //! Left out: why commands are lost (abort.rs decides), and the tickets of instantaneous commands,
 //! which never enter.
 
+use core::mem::offset_of;
+use core::num::NonZeroU16;
+
 use super::config::{CheckpointPolicy, CheckpointRange};
 use super::event::{Events, Item, UnknownCause, Verdict};
 use super::ring::Ring;
@@ -30,14 +33,15 @@ pub(super) const LEDGER: usize = 256;
 pub(super) struct Entry {
     pub(super) ticket: Ticket,
     /// Number of a user checkpoint, until its event was polled.
-    pub(super) checkpoint: Option<u16>,
+    pub(super) checkpoint: Option<NonZeroU16>,
     /// Whether the manual leaves open if the command waits in the queue at all.
     pub(super) kind_open: bool,
 }
 
+/// `repr(C)`: what every cycle looks at lies in one cache line, the rings behind it.
 #[derive(Clone, Debug)]
+#[repr(C, align(64))]
 pub(super) struct Ledger {
-    entries: Ring<Entry, LEDGER>,
     /// Index of the entry to come.
     next: u32,
     /// Entries below are settled.
@@ -48,8 +52,6 @@ pub(super) struct Ledger {
     tainted: u32,
     /// Entries below were said to have started.
     started: u32,
-    /// Boundaries of the outstanding automatic checkpoints.
-    marks: Ring<u32, LEDGER>,
     /// Boundary of the automatic checkpoint sent last.
     marked: u32,
     range: CheckpointRange,
@@ -61,11 +63,22 @@ pub(super) struct Ledger {
     last_sent: u32,
     reached: u32,
     discarded: u32,
+    entries: Ring<Entry, LEDGER>,
+    /// Boundaries of the outstanding automatic checkpoints.
+    marks: Ring<u32, LEDGER>,
 }
 
+const _: () = assert!(offset_of!(Ledger, entries) < 64);
+
 /// Whether `index` is above `other` on the wrapping count.
+#[inline]
 fn above(index: u32, other: u32) -> bool {
     index != other && index.wrapping_sub(other) < u32::MAX / 2
+}
+
+/// A checkpoint number as the robot shows it; 0 is none.
+fn checkpoint(shown: u32) -> Option<NonZeroU16> {
+    u16::try_from(shown).ok().and_then(NonZeroU16::new)
 }
 
 /// What a change of CheckpointReached means.
@@ -81,13 +94,11 @@ impl Ledger {
     pub(super) fn new(range: CheckpointRange) -> Self {
         let range = range.usable();
         Self {
-            entries: Ring::new(),
             next: 0,
             settled: 0,
             reached_through: 0,
             tainted: 0,
             started: 0,
-            marks: Ring::new(),
             marked: 0,
             range,
             first_mark: range.first,
@@ -95,6 +106,8 @@ impl Ledger {
             last_sent: 0,
             reached: 0,
             discarded: 0,
+            entries: Ring::new(Entry { ticket: Ticket(0), checkpoint: None, kind_open: false }),
+            marks: Ring::new(0),
         }
     }
 
@@ -114,34 +127,39 @@ impl Ledger {
     }
 
     /// Commands on the robot that are not finished.
+    #[inline]
     pub(super) fn live(&self) -> u32 {
         self.next.wrapping_sub(self.settled)
     }
 
     /// Live commands without an automatic checkpoint behind them.
+    #[inline]
     pub(super) fn unmarked(&self) -> u32 {
         self.next.wrapping_sub(self.marked).min(self.live())
     }
 
+    #[inline]
     pub(super) fn is_full(&self) -> bool {
         self.entries.free() == 0
     }
 
     /// Whether one more automatic checkpoint can be told from the others.
+    #[inline]
     pub(super) fn can_mark(&self) -> bool {
-        self.marks.free() > 0 && self.marks.len() + 1 < usize::from(self.size())
+        self.marks.free() > 0 && self.marks.len() + 1 < u32::from(self.size())
     }
 
     /// Whether a checkpoint of the engine must go before anything else: the policy asks for it, or a
     /// user checkpoint `upcoming` would repeat the number before it, which nobody could see reached.
-    pub(super) fn mark_due(&self, policy: CheckpointPolicy, upcoming: Option<u16>) -> bool {
+    #[inline]
+    pub(super) fn mark_due(&self, policy: CheckpointPolicy, upcoming: Option<NonZeroU16>) -> bool {
         let unmarked = self.unmarked();
         let by_policy = match policy {
             CheckpointPolicy::EachCommand => unmarked > 0,
             CheckpointPolicy::Every(count) => unmarked >= u32::from(count.max(1)),
             CheckpointPolicy::WhenEmpty => unmarked >= LEDGER as u32 - 1,
         };
-        by_policy || upcoming.is_some_and(|number| u32::from(number) == self.last_sent)
+        by_policy || upcoming.is_some_and(|number| u32::from(number.get()) == self.last_sent)
     }
 
     /// Takes the number of a new automatic checkpoint; call it when the checkpoint is sent, so that
@@ -164,9 +182,10 @@ impl Ledger {
     }
 
     /// Notes that the robot took a queued command.
+    #[inline]
     pub(super) fn accept(&mut self, entry: Entry) {
         if let Some(number) = entry.checkpoint {
-            self.last_sent = number.into();
+            self.last_sent = number.get().into();
         }
         if self.entries.push(entry) {
             self.next = self.next.wrapping_add(1);
@@ -193,17 +212,17 @@ impl Ledger {
     }
 
     /// Takes CheckpointReached of this cycle.
+    #[inline]
     pub(super) fn see_reached(&mut self, number: u32) -> Reached {
-        if number == self.reached {
-            return Reached::Known;
-        }
+        if number == self.reached { Reached::Known } else { self.take_reached(number) }
+    }
+
+    fn take_reached(&mut self, number: u32) -> Reached {
         self.reached = number;
-        let Ok(short) = u16::try_from(number) else { return Reached::Known };
-        if short == 0 {
-            return Reached::Known;
-        }
-        if self.range.contains(short) {
-            if let Some(boundary) = self.mark_position(short).and_then(|at| self.marks.get(at)) {
+        let Some(short) = checkpoint(number) else { return Reached::Known };
+        if self.range.contains(short.get()) {
+            let boundary = self.mark_position(short.get()).and_then(|at| self.marks.get(at));
+            if let Some(&boundary) = boundary {
                 self.reach(boundary);
             }
             return Reached::Known;
@@ -213,7 +232,7 @@ impl Ledger {
                 self.reach(index.wrapping_add(1));
                 Reached::Known
             }
-            None => Reached::Foreign(short),
+            None => Reached::Foreign(short.get()),
         }
     }
 
@@ -224,42 +243,51 @@ impl Ledger {
     }
 
     /// Takes CheckpointDiscarded of this cycle; true if a checkpoint of ours was discarded.
+    #[inline]
     pub(super) fn see_discarded(&mut self, number: u32) -> bool {
-        if number == self.discarded {
-            return false;
-        }
+        number != self.discarded && self.take_discarded(number)
+    }
+
+    fn take_discarded(&mut self, number: u32) -> bool {
         self.discarded = number;
-        let Ok(short) = u16::try_from(number) else { return false };
-        if self.range.contains(short) {
-            self.mark_position(short).is_some()
+        let Some(short) = checkpoint(number) else { return false };
+        if self.range.contains(short.get()) {
+            self.mark_position(short.get()).is_some()
         } else {
-            short != 0 && self.find_user(short).is_some()
+            self.find_user(short).is_some()
         }
     }
 
     /// Place of an outstanding automatic checkpoint.
-    fn mark_position(&self, number: u16) -> Option<usize> {
+    fn mark_position(&self, number: u16) -> Option<u32> {
         let size = u32::from(self.size());
         let offset = (u32::from(number) + size - u32::from(self.first_mark)) % size;
-        usize::try_from(offset).ok().filter(|offset| *offset < self.marks.len())
+        (offset < self.marks.len()).then_some(offset)
+    }
+
+    /// Index of the oldest entry that was not polled.
+    #[inline]
+    fn polled_through(&self) -> u32 {
+        self.next.wrapping_sub(self.entries.len())
     }
 
     /// Index of the oldest live user checkpoint with this number.
-    fn find_user(&self, number: u16) -> Option<u32> {
-        let polled = self.next.wrapping_sub(u32::try_from(self.entries.len()).unwrap_or(0));
-        let from = self.settled.wrapping_sub(polled);
-        let from = usize::try_from(from).unwrap_or(0);
-        (from..self.entries.len())
+    fn find_user(&self, number: NonZeroU16) -> Option<u32> {
+        let polled = self.polled_through();
+        (self.settled.wrapping_sub(polled)..self.entries.len())
             .find(|at| self.entries.get(*at).is_some_and(|entry| entry.checkpoint == Some(number)))
-            .and_then(|at| u32::try_from(at).ok())
             .map(|at| polled.wrapping_add(at))
     }
 
     /// Says what was reached.
+    #[inline]
     pub(super) fn settle_reached(&mut self, events: &mut Events) {
-        if !above(self.reached_through, self.settled) {
-            return;
+        if above(self.reached_through, self.settled) {
+            self.settle_live(events);
         }
+    }
+
+    fn settle_live(&mut self, events: &mut Events) {
         if above(self.tainted, self.settled) {
             let upto = if above(self.tainted, self.reached_through) {
                 self.reached_through
@@ -290,7 +318,7 @@ impl Ledger {
             return;
         }
         self.settled = upto;
-        while self.marks.front().is_some_and(|boundary| !above(boundary, upto)) {
+        while self.marks.front().is_some_and(|boundary| !above(*boundary, upto)) {
             self.marks.pop();
             self.first_mark = self.ahead(self.first_mark, 1);
         }
@@ -305,26 +333,28 @@ impl Ledger {
     }
 
     /// The command that starts now because everything before it is finished, once.
+    #[inline]
     pub(super) fn starting(&self) -> Option<Ticket> {
         if self.live() == 0 || above(self.started, self.settled) {
             return None;
         }
-        let polled = self.next.wrapping_sub(u32::try_from(self.entries.len()).unwrap_or(0));
-        let at = usize::try_from(self.settled.wrapping_sub(polled)).ok()?;
+        let at = self.settled.wrapping_sub(self.polled_through());
         self.entries.get(at).map(|entry| entry.ticket)
     }
 
     /// Notes that the start was said.
+    #[inline]
     pub(super) fn started(&mut self) {
         self.started = self.settled.wrapping_add(1);
     }
 
     /// The oldest entry not polled, if its index is below `upto`.
+    #[inline]
     pub(super) fn polling(&mut self, upto: u32) -> Option<&mut Entry> {
-        let polled = self.next.wrapping_sub(u32::try_from(self.entries.len()).unwrap_or(0));
-        if above(upto, polled) { self.entries.get_mut(0) } else { None }
+        if above(upto, self.polled_through()) { self.entries.get_mut(0) } else { None }
     }
 
+    #[inline]
     pub(super) fn polled(&mut self) {
         self.entries.pop();
     }

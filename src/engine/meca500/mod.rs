@@ -65,9 +65,11 @@ pub use event::{AbortReason, Event, Fault, UnknownCause, VelocityStop, WaitReaso
 pub use status::{ConnectionPhase, Statistics, Status};
 pub use ticket::{RequestError, SubmitError, SubscribeError, Ticket};
 
+use core::mem::offset_of;
+
 use crate::cycle::InputQuality;
 use crate::time::Instant;
-use crate::wire::meca500::image::{InputImage, OutputImage};
+use crate::wire::meca500::image::{FirmwareLayout, InputImage, OutputImage};
 use crate::wire::order::{ByteOrder, ImageOrder};
 use inputs::Inputs;
 
@@ -84,27 +86,47 @@ enum Purge {
     Always,
 }
 
+/// What every cycle needs of the configuration, apart from what special cycles need.
+#[derive(Clone, Copy, Debug)]
+struct Pace {
+    ack_timeout_ns: u64,
+    checkpoints: CheckpointPolicy,
+    layout: FirmwareLayout,
+    reboot_confirm_cycles: u8,
+}
+
 /// The PLC side of one robot. `QUEUE` commands can wait to be sent.
+// Thousands of engines do not fit into a cache: what a cycle costs is how many cache lines it touches.
+// So the order of the fields is their order in memory: first what only special cycles touch, then what
+// every cycle touches, then the rings, of which a cycle touches one place. Counted with a simulated
+// cache of 1 MiB, images included: 18.3 lines a streaming cycle, 19.3 where the compiler orders the
+// fields of this struct, 22.9 before the parts below were ordered and their entries packed. The last
+// line is within the noise of the clock; the order is fixed so that the count stays what it is.
 #[derive(Clone, Debug)]
+#[repr(C, align(64))]
 pub struct Engine<const QUEUE: usize = 64> {
     config: Config,
-    now: Instant,
-    cycles: u64,
-    phase: connection::Phase,
-    bad_cycles: u32,
-    /// Cycles whose image had SetPoint 0.
-    set_point_low: u16,
-    /// The newest inputs that could be trusted.
-    inputs: Inputs,
-    outputs: outputs::Outputs,
-    clock: clock::RobotClock,
-    watch: watch::Watch,
-    port: handshake::Port,
-    /// The MoveID used last.
-    move_id: u16,
-    in_flight: Option<handshake::InFlight>,
+    detector: order::Detector,
     /// The command without an echo when the connection was lost.
     suspect: Option<handshake::InFlight>,
+    dynamic: dynamic::Dynamic,
+    velocity: velocity::Velocity,
+    pace: Pace,
+    now: Instant,
+    cycles: u64,
+    clock: clock::RobotClock,
+    /// The newest inputs that could be trusted.
+    inputs: Inputs,
+    watch: watch::Watch,
+    outputs: outputs::Outputs,
+    order: Option<ByteOrder>,
+    phase: connection::Phase,
+    bad_cycles: u32,
+    port: handshake::Port,
+    /// Cycles whose image had SetPoint 0.
+    set_point_low: u16,
+    /// The MoveID used last.
+    move_id: u16,
     /// Why nothing is sent until the caller decides.
     halted: Option<WaitReason>,
     purge: Purge,
@@ -112,24 +134,24 @@ pub struct Engine<const QUEUE: usize = 64> {
     had_motion: bool,
     /// Reasons for waiting that were said, one bit each.
     said_waiting: u32,
+    next_ticket: u32,
     /// Index of the command to be submitted next.
     waiting_next: u32,
     /// Waiting commands below are dropped or gone.
     waiting_dead: u32,
     /// Waiting commands below are lost when the robot's queue is lost.
     waiting_motion: u32,
-    next_ticket: u32,
     pending: usize,
-    velocity: velocity::Velocity,
-    actions: action::Actions,
+    in_flight: Option<handshake::InFlight>,
     statistics: Statistics,
-    order: Option<ByteOrder>,
-    detector: order::Detector,
-    dynamic: dynamic::Dynamic,
-    ledger: ledger::Ledger,
+    actions: action::Actions,
     waiting: ring::Ring<handshake::Waiting, QUEUE>,
+    ledger: ledger::Ledger,
     events: event::Events,
 }
+
+/// The fields of every cycle, from the velocity up to the actions, stay within seven cache lines.
+const _: () = assert!(offset_of!(Engine, actions) - offset_of!(Engine, velocity) <= 7 * 64);
 
 impl<const QUEUE: usize> Engine<QUEUE> {
     /// An engine that has seen nothing yet. All memory it will ever use is inside.
@@ -165,8 +187,14 @@ impl<const QUEUE: usize> Engine<QUEUE> {
             detector: order::Detector::default(),
             dynamic: dynamic::Dynamic::new(),
             ledger: ledger::Ledger::new(config.checkpoint_range),
-            waiting: ring::Ring::new(),
+            waiting: ring::Ring::new(handshake::Waiting::NONE),
             events: event::Events::new(),
+            pace: Pace {
+                ack_timeout_ns: config.ack_timeout.as_nanos().try_into().unwrap_or(u64::MAX),
+                checkpoints: config.checkpoints,
+                layout: config.layout,
+                reboot_confirm_cycles: config.reboot_confirm_cycles,
+            },
             config,
         }
     }
@@ -190,13 +218,13 @@ impl<const QUEUE: usize> Engine<QUEUE> {
         outputs: &mut OutputImage<O>,
     ) {
         self.order = Some(O::VALUE);
-        let fields = Inputs::read(inputs, self.config.layout);
+        let fields = Inputs::read(inputs, self.pace.layout);
         self.step(now, quality, &fields);
         if self.is_connected() {
             if self.bad_cycles == 0 {
                 self.dynamic.take(inputs, now);
             }
-            self.dynamic.schedule(now, self.config.dynamic_patience_cycles, &mut self.outputs);
+            self.dynamic.schedule(now, &self.config, &mut self.outputs);
         }
         self.outputs.write(outputs);
     }

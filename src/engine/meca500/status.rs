@@ -50,6 +50,7 @@ pub struct Statistics {
 }
 
 impl Statistics {
+    #[inline]
     pub(super) fn acknowledged(&mut self, latency_cycles: u32) {
         self.ack_latency_min_cycles = if self.acknowledged == 0 {
             latency_cycles
@@ -113,7 +114,7 @@ impl<const QUEUE: usize> Engine<QUEUE> {
             robot: inputs.robot,
             motion: inputs.motion,
             error: Code(inputs.error_code),
-            stops: inputs.stops(),
+            stops: inputs.stops,
             fifo_space: inputs.fifo_space,
             move_id: inputs.move_id,
             checkpoint_reached: inputs.reached,

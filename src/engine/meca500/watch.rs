@@ -25,10 +25,11 @@ struct Shown {
 const WATCHED: MotionStatusFlags = MotionStatusFlags::PAUSED.union(MotionStatusFlags::CLEARED);
 
 impl Watch {
+    #[inline]
     pub(super) fn see(&mut self, inputs: &Inputs, events: &mut Events) {
         let shown = Shown {
             error_code: inputs.error_code,
-            stops: inputs.stops(),
+            stops: inputs.stops,
             motion: inputs.motion.intersection(WATCHED),
         };
         if shown == self.said {
@@ -36,8 +37,12 @@ impl Watch {
                 events.merge();
             }
             self.seen = shown;
-            return;
+        } else {
+            self.see_change(shown, events);
         }
+    }
+
+    fn see_change(&mut self, shown: Shown, events: &mut Events) {
         if self.seen != self.said && self.seen != shown {
             events.merge();
         }
