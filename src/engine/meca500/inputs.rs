@@ -86,7 +86,7 @@ impl Inputs {
 
     /// Safety signals that ResumeMotion can reset now.
     pub(super) fn resettable_stops(&self) -> SafetySignals {
-        self.stops().difference(self.blocking_stops())
+        self.stops.difference(self.blocking_stops())
     }
 
     pub(super) fn ready_for_motion(&self) -> bool {
