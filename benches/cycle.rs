@@ -12,7 +12,8 @@ use fieldarm::engine::meca500::{ByteOrderSetting, Config, Engine, Event};
 use fieldarm::time::{Duration, Instant};
 use fieldarm::wire::meca500::command::{MotionCommand, MotionCommandId, VelocityCommand};
 use fieldarm::wire::meca500::image::{
-    INPUT_LEN, InputImage, MotionControlFlags, OUTPUT_LEN, OutputImage, RobotStatusFlags,
+    INPUT_LEN, InputImage, MotionControlFlags, MotionStatusFlags, OUTPUT_LEN, OutputImage,
+    RobotStatusFlags,
 };
 use fieldarm::wire::order::{Big, ImageOrder, Little};
 use support::timing::Effort;
@@ -40,11 +41,13 @@ impl<O: ImageOrder> Station<O> {
             // However many cycles a bench makes of its simulated time, nothing is ever late.
             ack_timeout: Duration::MAX,
             velocity_dead_man: Duration::MAX,
+            velocity_dead_man_cycles: u16::MAX,
             ..Config::default()
         };
         let mut inputs = InputImage::zeroed();
         inputs.robot_status.flags.set(RobotStatusFlags::ACTIVATED | RobotStatusFlags::HOMED);
         inputs.motion_status.fifo_space.set(13_000);
+        inputs.motion_status.flags.set(MotionStatusFlags::EOB | MotionStatusFlags::EOM);
         let mut station = Self {
             engine: Engine::new(config),
             inputs,

@@ -5,6 +5,7 @@ use fieldarm::engine::meca500::{AbortReason, Action, Event};
 use fieldarm::sim::fault::{Fault, FaultPlan};
 use fieldarm::sim::meca500::{Readings, RobotSettings};
 use fieldarm::wire::meca500::command::MotionCommand;
+use fieldarm::wire::meca500::image::FirmwareLayout;
 
 use crate::checkers::End;
 use crate::harness::{Cell, Setup, quick_robot};
@@ -119,6 +120,62 @@ fn a_loss_in_the_middle_of_a_handshake_has_a_verdict() {
             cell.link.set_plan(FaultPlan::NONE);
             crate::faults::heal(&mut cell);
             cell.judge_acceptance();
+        }
+    }
+}
+
+/// What became of the queue while the PLC was away cannot be known without a checkpoint of before.
+#[test]
+fn a_queue_lost_while_the_link_was_down_is_not_reported_as_done() {
+    for layout in [FirmwareLayout::V11_3, FirmwareLayout::V10_2] {
+        let mut setup = Setup::default();
+        setup.config.layout = layout;
+        setup.robot.layout = layout;
+        let mut cell = Cell::running(setup);
+        let far = cell.submit(MotionCommand::MoveJoints([60.0, 0.0, 0.0, 0.0, 0.0, 0.0])).unwrap();
+        let farther = cell.submit(MotionCommand::MoveJoints([30.0; 6])).unwrap();
+        cell.steps(1);
+        cell.until("both commands at the robot", 20, |cell| cell.state(farther).accepted);
+        cell.link.inject(Fault::LinkLoss, 400);
+        cell.steps(200);
+        cell.robot().clear_motion().unwrap();
+        cell.steps(190);
+        let _ = cell.robot().resume_motion();
+        crate::faults::heal(&mut cell);
+        for ticket in [far, farther] {
+            assert_ne!(cell.state(ticket).end, Some(End::Done), "{layout:?}\n{cell:#?}");
+        }
+        act(&mut cell, Action::BringUp);
+        let next = cell.submit(numbered(1)).unwrap();
+        cell.finish(5_000);
+        assert_eq!(cell.state(next).end, Some(End::Done), "{layout:?}");
+    }
+}
+
+#[test]
+fn a_new_plc_never_takes_an_old_checkpoint_for_its_own() {
+    for user_checkpoint in [false, true] {
+        for phase in 0..40 {
+            let mut cell = Cell::running(Setup::default());
+            if user_checkpoint {
+                cell.submit(MotionCommand::SetCheckpoint(5)).unwrap();
+            }
+            for _ in 0..30 {
+                cell.submit(MotionCommand::MoveJointsRel([0.2; 6])).unwrap();
+            }
+            cell.steps(40 + phase * 7);
+            cell.restart_plc();
+            cell.events.clear();
+            cell.until("a connection", 2_000, |cell| {
+                cell.saw(|event| matches!(event, Event::Connected { .. }))
+            });
+            act(&mut cell, Action::BringUp);
+            let own =
+                cell.submit(MotionCommand::MoveJoints([-40.0, 0.0, 0.0, 0.0, 0.0, 0.0])).unwrap();
+            cell.finish(60_000);
+            assert_eq!(cell.state(own).end, Some(End::Done));
+            let joint = cell.robot().target_joints()[0];
+            assert!((joint + 40.0).abs() < 1e-4, "done at {joint} deg, phase {phase}");
         }
     }
 }

@@ -370,6 +370,8 @@ impl Robot {
         let mut motion = MotionStatusFlags::empty();
         motion.set(MotionStatusFlags::PAUSED, self.paused);
         motion.set(MotionStatusFlags::CLEARED, self.cleared);
+        motion.set(MotionStatusFlags::EOB, self.queue.is_empty());
+        motion.set(MotionStatusFlags::EOM, self.queue.is_empty());
         inputs.motion_status.flags.set(motion);
         inputs.motion_status.move_id.set(self.echo);
         inputs.motion_status.checkpoint_reached.set(self.reached);

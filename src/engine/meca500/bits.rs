@@ -367,7 +367,7 @@ impl<const QUEUE: usize> Engine<QUEUE> {
             Step::Resume { .. } => {
                 self.outputs.motion.insert(MotionControlFlags::RESUME_MOTION);
                 // The edge also hides that the queue was cleared, if it was just before.
-                self.ledger.taint();
+                self.ledger.doubt_stop(self.config.layout);
             }
             Step::Simulation(on) => self.actions.simulation = Some(on),
             Step::Recovery(on) => self.actions.recovery = Some(on),

@@ -121,6 +121,8 @@ pub struct Config {
     pub edge_low_cycles: u16,
     /// Time after the last `set_velocity` at which the motion is stopped.
     pub velocity_dead_man: Duration,
+    /// Cycles after the last `set_velocity` at which the motion is stopped whatever the time.
+    pub velocity_dead_man_cycles: u16,
     /// Cycles with SetPoint 0 between modes and between velocity commands of different IDs.
     pub mode_gap_cycles: u16,
     /// Whether [`Action::Brakes`](super::Action::Brakes) is allowed: released brakes let the arm fall.
@@ -169,6 +171,7 @@ impl Default for Config {
             edge_hold_cycles: 4,
             edge_low_cycles: 4,
             velocity_dead_man: Duration::from_millis(100),
+            velocity_dead_man_cycles: 1_000,
             mode_gap_cycles: 1,
             allow_brakes: false,
             host_time_cycles: 10,

@@ -42,6 +42,11 @@ pub(super) enum Phase {
     Ready,
 }
 
+/// Cycles a robot must look idle before its queue counts as empty.
+const IDLE_CYCLES: u16 = 20;
+/// The same for one whose FifoSpace is not that of an empty queue, though nothing is left in it.
+const IDLE_CYCLES_OF_ODD_SPACE: u16 = 500;
+
 impl<const QUEUE: usize> Engine<QUEUE> {
     pub(super) fn is_connected(&self) -> bool {
         self.phase == Phase::Ready
@@ -152,8 +157,11 @@ impl<const QUEUE: usize> Engine<QUEUE> {
                 Some(first) => first.wrapping_sub(1),
                 None => seed,
             };
-            let queue_is_empty = inputs.fifo_space >= super::FIFO_SPACE_MAX;
-            self.ledger.adopt(inputs.reached, inputs.discarded, queue_is_empty, seed);
+            let queue_is_empty =
+                inputs.stands_still() && inputs.fifo_space >= super::FIFO_SPACE_MAX;
+            self.ledger.adopt(inputs.reached, inputs.discarded, queue_is_empty);
+        } else {
+            self.ledger.doubt_absence(self.config.layout);
         }
         self.actions.adopt(inputs);
         self.had_motion = motion_lost(inputs).is_none();
@@ -163,9 +171,23 @@ impl<const QUEUE: usize> Engine<QUEUE> {
         self.run(inputs, !inputs.stops.is_empty());
     }
 
+    /// Waits until the robot has surely nothing of an earlier PLC left in its queue. FifoSpace alone
+    /// may leave out commands that are compiled already, and EOB alone may come early.
+    fn watch_foreign_queue(&mut self, inputs: &Inputs) {
+        let idle = inputs.stands_still() || inputs.cleared() || !inputs.activated();
+        self.foreign_idle = if idle { self.foreign_idle.saturating_add(1) } else { 0 };
+        let full = inputs.fifo_space >= super::FIFO_SPACE_MAX;
+        if self.foreign_idle >= if full { IDLE_CYCLES } else { IDLE_CYCLES_OF_ODD_SPACE } {
+            self.ledger.own();
+        }
+    }
+
     /// A fresh cycle of a connected engine.
     fn run(&mut self, inputs: &Inputs, stopped_before: bool) {
         self.acknowledge(inputs);
+        if self.ledger.is_foreign() {
+            self.watch_foreign_queue(inputs);
+        }
         if self.port == Port::Sent {
             self.outputs.set_point(true);
         }
@@ -205,7 +227,7 @@ impl<const QUEUE: usize> Engine<QUEUE> {
             }
             None if !inputs.stops.is_empty() && !stopped_before => {
                 // The queue may have been kept (P-Stop 2 in pause mode) or not: see the ledger.
-                self.ledger.taint();
+                self.ledger.doubt_stop(self.config.layout);
                 self.withdraw_motion(AbortReason::SafetyStop);
             }
             None => {}

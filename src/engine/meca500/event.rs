@@ -142,7 +142,7 @@ pub enum AbortReason {
 pub enum UnknownCause {
     /// Its echo never came.
     AckTimeout,
-    /// The connection was lost before its echo came, and what the robot returns since proves nothing.
+    /// The connection was lost, and nothing the robot shows since proves what became of it.
     LinkLost,
     /// The robot rebooted before the echo of an instantaneous command came.
     RobotRebooted,
@@ -246,8 +246,9 @@ pub(super) enum Item {
 /// Places the queue has.
 pub(super) const EVENTS: usize = 64;
 /// Places kept for tickets under way: one drop of the waiting commands; accepted, fault and final of
-/// the command in flight; done, tainted and aborted ranges of the ledger; and one to spare.
-pub(super) const RESERVE: usize = 8;
+/// the command in flight; done, doubtful, done again and aborted ranges of the ledger; and one to
+/// spare.
+pub(super) const RESERVE: usize = 9;
 
 /// The event queue.
 /// One that is read as it fills stays in its first cache line, see [`Ring`].

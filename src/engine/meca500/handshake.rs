@@ -163,6 +163,9 @@ pub(super) struct InFlight {
     sent_cycle: u64,
 }
 
+/// Checkpoints of the engine that may go unanswered before the caller has to decide.
+const MARK_TRIES: u8 = 3;
+
 impl InFlight {
     pub(super) const fn needs_motion(&self) -> bool {
         self.needs_motion
@@ -342,7 +345,10 @@ impl<const QUEUE: usize> Engine<QUEUE> {
         self.statistics.acknowledged(latency_cycles);
         let ticket = match sent.owner {
             Owner::Ticket(ticket) => ticket,
-            Owner::Mark => return,
+            Owner::Mark => {
+                self.marks_unanswered = 0;
+                return;
+            }
             Owner::Action(internal) => {
                 self.actions.acknowledged(internal);
                 return;
@@ -379,8 +385,17 @@ impl<const QUEUE: usize> Engine<QUEUE> {
                 self.finish(ticket, Verdict::Unknown(UnknownCause::AckTimeout));
                 self.halted = Some(WaitReason::Undecided);
             }
+            (Withdrawal::AckTimeout, Owner::Mark) if self.marks_unanswered >= MARK_TRIES => {
+                self.marks_unanswered = 0;
+                let verdict = Verdict::Unknown(UnknownCause::AckTimeout);
+                self.ledger.settle_all(verdict, &mut self.events);
+                self.halted = Some(WaitReason::Undecided);
+            }
             // Nobody's command: another checkpoint, with another number, does as well.
-            (_, Owner::Mark) => self.ledger.mark_again(),
+            (why, Owner::Mark) => {
+                self.marks_unanswered += u8::from(why == Withdrawal::AckTimeout);
+                self.ledger.mark_again();
+            }
             (Withdrawal::Abort(reason), Owner::Ticket(ticket)) => {
                 self.finish(ticket, Verdict::Aborted(reason));
                 self.drop_waiting(self.waiting_motion_live(), reason);
@@ -408,7 +423,9 @@ impl<const QUEUE: usize> Engine<QUEUE> {
         if self.port != Port::Sent {
             return;
         }
-        if self.in_flight.as_ref().is_some_and(|sent| self.now >= sent.expires) {
+        // However short the limit, the robot must have had a cycle to see the command.
+        let shown = |sent: &InFlight| sent.sent_cycle != self.cycles;
+        if self.in_flight.as_ref().is_some_and(|sent| shown(sent) && self.now >= sent.expires) {
             self.withdraw(Withdrawal::AckTimeout);
             self.events.state_or_merge(Event::Fault(Fault::AckTimeout));
             self.statistics.ack_timeouts += 1;

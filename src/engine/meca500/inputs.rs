@@ -78,6 +78,11 @@ impl Inputs {
         self.motion.contains(MotionStatusFlags::CLEARED)
     }
 
+    /// The robot says that nothing moves and nothing is left to do.
+    pub(super) fn stands_still(&self) -> bool {
+        self.motion.contains(MotionStatusFlags::EOB | MotionStatusFlags::EOM)
+    }
+
     /// Safety signals that ResumeMotion cannot reset now. The E-Stop is reset by a button only.
     pub(super) fn blocking_stops(&self) -> SafetySignals {
         let resettable = SafetySignals::from_bits_retain(self.resettable.bits());

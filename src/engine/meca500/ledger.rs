@@ -15,16 +15,18 @@
 //! except for a changed user number (a search of [`LEDGER`] entries at most) and for dropping the
 //! checkpoints a reached one has passed (each dropped once).
 //!
-//! Left out: why commands are lost (abort.rs decides), and the tickets of instantaneous commands,
+//! Left out: why commands are lost (`connection.rs` decides), and the tickets of instantaneous commands,
 //! which never enter.
 
 use core::mem::offset_of;
 use core::num::NonZeroU16;
 
 use super::config::{CheckpointPolicy, CheckpointRange};
+use super::doubt::{Doubt, above};
 use super::event::{Events, Item, UnknownCause, Verdict};
 use super::ring::Ring;
 use super::ticket::Ticket;
+use crate::wire::meca500::image::FirmwareLayout;
 
 /// Commands that may be unfinished on the robot, or finished and not polled.
 pub(super) const LEDGER: usize = 256;
@@ -48,8 +50,6 @@ pub(super) struct Ledger {
     settled: u32,
     /// Entries below were reached by a checkpoint.
     reached_through: u32,
-    /// Entries below (and not settled) may have been dropped by the robot without a trace.
-    tainted: u32,
     /// Entries below were said to have started.
     started: u32,
     /// Boundary of the automatic checkpoint sent last.
@@ -63,18 +63,15 @@ pub(super) struct Ledger {
     last_sent: u32,
     reached: u32,
     discarded: u32,
+    /// Whether the robot's queue may hold checkpoints of an earlier run of the PLC.
+    foreign: bool,
+    doubt: Doubt,
     entries: Ring<Entry, LEDGER>,
     /// Boundaries of the outstanding automatic checkpoints.
     marks: Ring<u32, LEDGER>,
 }
 
 const _: () = assert!(offset_of!(Ledger, entries) < 64);
-
-/// Whether `index` is above `other` on the wrapping count.
-#[inline]
-fn above(index: u32, other: u32) -> bool {
-    index != other && index.wrapping_sub(other) < u32::MAX / 2
-}
 
 /// A checkpoint number as the robot shows it; 0 is none.
 fn checkpoint(shown: u32) -> Option<NonZeroU16> {
@@ -97,7 +94,6 @@ impl Ledger {
             next: 0,
             settled: 0,
             reached_through: 0,
-            tainted: 0,
             started: 0,
             marked: 0,
             range,
@@ -106,6 +102,8 @@ impl Ledger {
             last_sent: 0,
             reached: 0,
             discarded: 0,
+            foreign: false,
+            doubt: Doubt::none(),
             entries: Ring::new(Entry { ticket: Ticket(0), checkpoint: None, kind_open: false }),
             marks: Ring::new(0),
         }
@@ -146,7 +144,7 @@ impl Ledger {
     /// Whether one more automatic checkpoint can be told from the others.
     #[inline]
     pub(super) fn can_mark(&self) -> bool {
-        self.marks.free() > 0 && self.marks.len() + 1 < u32::from(self.size())
+        !self.foreign && self.marks.free() > 0 && self.marks.len() + 1 < u32::from(self.size())
     }
 
     /// Whether a checkpoint of the engine must go before anything else: the policy asks for it, or a
@@ -192,23 +190,33 @@ impl Ledger {
         }
     }
 
-    /// Starts from what the robot shows at the first connection. Its queue may still hold
-    /// checkpoints of an earlier run of the PLC: numbers then start half a range away from the one
-    /// shown, out of reach of the at most [`LEDGER`] the earlier run could have left.
-    pub(super) fn adopt(&mut self, reached: u32, discarded: u32, queue_is_empty: bool, seed: u16) {
+    /// Starts from what the robot shows at the first connection. While its queue may still hold
+    /// checkpoints of an earlier run of the PLC none is placed: their numbers could be the same.
+    pub(super) fn adopt(&mut self, reached: u32, discarded: u32, queue_is_empty: bool) {
         self.reached = reached;
         self.discarded = discarded;
         self.last_sent = reached;
-        if !self.marks.is_empty() {
-            return;
+        self.foreign = !queue_is_empty;
+        if self.marks.is_empty() {
+            self.number_after(reached);
         }
+    }
+
+    #[inline]
+    pub(super) const fn is_foreign(&self) -> bool {
+        self.foreign
+    }
+
+    /// The robot's queue holds nothing of an earlier run any more.
+    pub(super) fn own(&mut self) {
+        self.foreign = false;
+        self.last_sent = self.reached;
+        self.number_after(self.reached);
+    }
+
+    fn number_after(&mut self, reached: u32) {
         let shown = u16::try_from(reached).ok().filter(|number| self.range.contains(*number));
-        self.next_mark = match (shown, queue_is_empty) {
-            (Some(number), true) => self.ahead(number, 1),
-            (None, true) => self.range.first,
-            (Some(number), false) => self.ahead(number, self.size() / 2),
-            (None, false) => self.ahead(self.range.first, seed % self.size()),
-        };
+        self.next_mark = shown.map_or(self.range.first, |number| self.ahead(number, 1));
     }
 
     /// Takes CheckpointReached of this cycle.
@@ -223,12 +231,14 @@ impl Ledger {
         if self.range.contains(short.get()) {
             let boundary = self.mark_position(short.get()).and_then(|at| self.marks.get(at));
             if let Some(&boundary) = boundary {
+                self.doubt.mark_reached(boundary);
                 self.reach(boundary);
             }
             return Reached::Known;
         }
         match self.find_user(short) {
             Some(index) => {
+                self.doubt.entry_reached(index);
                 self.reach(index.wrapping_add(1));
                 Reached::Known
             }
@@ -288,13 +298,14 @@ impl Ledger {
     }
 
     fn settle_live(&mut self, events: &mut Events) {
-        if above(self.tainted, self.settled) {
-            let upto = if above(self.tainted, self.reached_through) {
-                self.reached_through
-            } else {
-                self.tainted
-            };
-            self.settle(upto, Verdict::Unknown(UnknownCause::SafetyStop), events);
+        if self.doubt.is_open(self.settled) {
+            let (proven, doubtful, cause) = self.doubt.split(self.reached_through);
+            if above(proven, self.settled) {
+                self.settle(proven, Verdict::Done, events);
+            }
+            if above(doubtful, self.settled) {
+                self.settle(doubtful, Verdict::Unknown(cause), events);
+            }
         }
         if above(self.reached_through, self.settled) {
             self.settle(self.reached_through, Verdict::Done, events);
@@ -324,12 +335,25 @@ impl Ledger {
         }
     }
 
-    /// A safety stop came, or motion resumes: what has no checkpoint on the robot may have vanished
-    /// without a trace.
-    pub(super) fn taint(&mut self) {
-        if self.marks.is_empty() && self.live() > 0 {
-            self.tainted = self.next;
+    /// A safety stop came, or motion resumes: the robot may have dropped its queue. Its discarded
+    /// checkpoints tell, if it reports them and there were some.
+    pub(super) fn doubt_stop(&mut self, layout: FirmwareLayout) {
+        if layout == FirmwareLayout::V10_2 || self.marks.is_empty() {
+            self.doubt_from(self.settled, UnknownCause::SafetyStop);
         }
+    }
+
+    /// The robot was out of sight: whatever became of its queue, only checkpoints sent before tell.
+    pub(super) fn doubt_absence(&mut self, layout: FirmwareLayout) {
+        let from = match layout {
+            FirmwareLayout::V11_3 if above(self.marked, self.settled) => self.marked,
+            FirmwareLayout::V11_3 | FirmwareLayout::V10_2 => self.settled,
+        };
+        self.doubt_from(from, UnknownCause::LinkLost);
+    }
+
+    fn doubt_from(&mut self, from: u32, cause: UnknownCause) {
+        self.doubt.arise(from, self.next, self.marked, self.settled, cause);
     }
 
     /// The command that starts now because everything before it is finished, once.

@@ -45,6 +45,7 @@ mod bits;
 mod clock;
 mod config;
 mod connection;
+mod doubt;
 mod dynamic;
 mod event;
 mod handshake;
@@ -134,6 +135,10 @@ pub struct Engine<const QUEUE: usize = 64> {
     had_motion: bool,
     /// Reasons for waiting that were said, one bit each.
     said_waiting: u32,
+    /// Own checkpoints in a row that were never acknowledged.
+    marks_unanswered: u8,
+    /// Cycles in which the robot looked idle, while its queue may be an earlier PLC's.
+    foreign_idle: u16,
     next_ticket: u32,
     /// Index of the command to be submitted next.
     waiting_next: u32,
@@ -178,6 +183,8 @@ impl<const QUEUE: usize> Engine<QUEUE> {
             waiting_next: 0,
             waiting_dead: 0,
             waiting_motion: 0,
+            marks_unanswered: 0,
+            foreign_idle: 0,
             next_ticket: 1,
             pending: 0,
             velocity: velocity::Velocity::default(),

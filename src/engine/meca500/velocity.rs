@@ -25,9 +25,9 @@ use crate::wire::meca500::command::VelocityCommand;
 pub(super) struct Velocity {
     /// What the caller wants, while it wants it.
     desired: Option<(u32, [f32; 6])>,
-    /// `set_velocity` was called since the last cycle.
-    refreshed: bool,
     expires: Instant,
+    /// Cycles since the last `set_velocity`.
+    cycles: u16,
 }
 
 impl Velocity {
@@ -57,7 +57,8 @@ impl<const QUEUE: usize> Engine<QUEUE> {
         }
         let (id, arguments) = velocity.encode();
         self.velocity.desired = Some((id.0, arguments));
-        self.velocity.refreshed = true;
+        self.velocity.expires = self.now + self.config.velocity_dead_man;
+        self.velocity.cycles = 0;
         Ok(())
     }
 
@@ -78,21 +79,21 @@ impl<const QUEUE: usize> Engine<QUEUE> {
         if self.velocity.desired.take().is_none() {
             return;
         }
-        self.velocity.refreshed = false;
         if matches!(self.port, Port::Velocity | Port::Gap { .. }) {
             self.close_port();
         }
         self.events.state_or_merge(Event::VelocityStopped(why));
     }
 
-    /// The dead-man runs on time, whatever the inputs are.
+    /// The dead-man runs on time, whatever the inputs are; and on cycles, should the caller's clock
+    /// stand still or go back.
     pub(super) fn watch_dead_man(&mut self) {
         if !self.velocity.is_wanted() {
             return;
         }
-        if core::mem::take(&mut self.velocity.refreshed) {
-            self.velocity.expires = self.now + self.config.velocity_dead_man;
-        } else if self.now >= self.velocity.expires {
+        self.velocity.cycles = self.velocity.cycles.saturating_add(1);
+        let too_many = self.velocity.cycles > self.config.velocity_dead_man_cycles;
+        if too_many || self.now >= self.velocity.expires {
             self.end_velocity(VelocityStop::DeadMan);
         }
     }
