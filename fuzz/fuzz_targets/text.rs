@@ -4,7 +4,7 @@
 
 use fieldarm::wire::meca500::command::MotionCommand;
 use fieldarm::wire::meca500::revision::Revision;
-use fieldarm::wire::meca500::text::{Statement, Value, parse_line};
+use fieldarm::wire::meca500::text::{Statement, TextCommandSpec, Value, parse_line};
 use libfuzzer_sys::fuzz_target;
 
 /// A column may stand one behind the last character: something is missing there.
@@ -49,10 +49,26 @@ fn parse(line: &str, revision: Revision) {
     }
 }
 
-fuzz_target!(|text: &str| {
+/// Bytes that are no text name a command of the table instead, with the rest behind it: random
+/// letters hardly ever make a name.
+fn named(data: &[u8]) -> Option<String> {
+    let (&[first, second], rest) = data.split_first_chunk()?;
+    let number = usize::from(first) << 8 | usize::from(second);
+    let spec = TextCommandSpec::all().nth(number % TextCommandSpec::all().count())?;
+    let rest = std::str::from_utf8(rest).ok()?;
+    Some(format!("{}{rest}", spec.name))
+}
+
+fuzz_target!(|data: &[u8]| {
+    let text = match data.first() {
+        Some(first) if !first.is_ascii() => named(data),
+        _ => std::str::from_utf8(data).ok().map(str::to_owned),
+    };
+    let Some(text) = text else { return };
     for revision in [Revision::R3, Revision::R4] {
         // As a whole, and as a person would cut it into lines.
-        parse(text, revision);
-        text.lines().filter(|line| line.len() != text.len()).for_each(|line| parse(line, revision));
+        parse(&text, revision);
+        let whole = text.len();
+        text.lines().filter(|line| line.len() != whole).for_each(|line| parse(line, revision));
     }
 });
