@@ -98,7 +98,8 @@ fn robot(settings: &Settings) -> VirtualRobot {
         revision: if settings.is_r3 { Revision::R3 } else { Revision::R4 },
         homed: settings.homed,
         monitoring_only: settings.monitoring_only,
-        joints: settings.joints.map(|joint| f64::from(joint) / 100.0),
+        // Far enough from every limit that homing has room.
+        joints: settings.joints.map(|joint| f64::from(joint) / 1_000.0),
         times: LifecycleTimes {
             activation: short,
             deactivation: short,
