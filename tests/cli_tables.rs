@@ -99,7 +99,7 @@ fn every_cell_stands_under_its_own_header() {
             "errors",
             "code",
             1016.into(),
-            serde_json::json!({ "code": 1016, "kind": "error", "resettable": true }),
+            serde_json::json!({ "code": 1016, "kind": "error", "resettable": null }),
         ),
     ];
     for (table, key, value, expected) in cases {
