@@ -10,9 +10,25 @@ use cli_support::{Scratch, fieldarm};
 
 #[test]
 fn ctrl_c_pauses_clears_and_leaves_zeros() {
-    let scratch = Scratch::new("interrupt");
+    interrupt_with(&["-INT"]);
+}
+
+#[test]
+fn the_signal_to_end_does_the_same() {
+    interrupt_with(&["-TERM"]);
+}
+
+#[test]
+fn a_closed_terminal_does_the_same_though_it_tells_twice() {
+    interrupt_with(&["-HUP", "-HUP"]);
+}
+
+fn interrupt_with(signals: &[&str]) {
+    let scratch = Scratch::new(&format!("interrupt{}", signals.concat()));
     let program = scratch.write("long.txt", "SetCheckpoint(1)\nDelay(3600)\nSetCheckpoint(2)\n");
     let report = scratch.path("report");
+    std::fs::create_dir(&report).expect("writable");
+    std::fs::write(format!("{report}/report.json"), "earlier").expect("writable");
     let mut child = fieldarm(&["run", &program, "--report", &report])
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
@@ -24,8 +40,13 @@ fn ctrl_c_pauses_clears_and_leaves_zeros() {
         let read = stderr.read_line(&mut said).expect("readable");
         assert_ne!(read, 0, "ended too early: {said}");
     }
-    let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
-    assert!(killed.expect("kill is there").success());
+    // What was there before stays until the report is whole.
+    let earlier = format!("{report}/report.json");
+    assert_eq!(std::fs::read_to_string(&earlier).expect("still there"), "earlier");
+    for signal in signals {
+        let killed = Command::new("kill").args([signal, &*child.id().to_string()]).status();
+        assert!(killed.expect("kill is there").success());
+    }
     stderr.read_to_string(&mut said).expect("readable");
     let mut stdout = String::new();
     child.stdout.take().expect("piped").read_to_string(&mut stdout).expect("readable");

@@ -121,6 +121,46 @@ fn the_report_says_what_happened() {
 }
 
 #[test]
+fn an_older_report_stays_until_the_new_one_is_whole() {
+    let scratch = Scratch::new("report_again");
+    let directory = scratch.path("report");
+    let run = |program: &str| run(&["run", program, "--fast", "-q", "--report", &directory]);
+    let names = || {
+        let entries = std::fs::read_dir(&directory).expect("a directory");
+        let mut names: Vec<_> = entries.map(|entry| entry.expect("an entry").file_name()).collect();
+        names.sort();
+        names
+    };
+    assert_eq!(run("programs/square.txt").code, Some(0));
+    let expected = ["handshake.svg", "joints.svg", "path.svg", "report.json"];
+    assert_eq!(names(), expected, "nothing unfinished is left");
+
+    // A report that cannot be replaced fails, and the run is told all the same.
+    let path = format!("{directory}/report.json");
+    let first = std::fs::read_to_string(&path).expect("written");
+    assert_eq!(run("programs/jog.txt").code, Some(0));
+    assert_ne!(std::fs::read_to_string(&path).expect("written"), first, "replaced");
+    std::fs::remove_file(&path).expect("removable");
+    std::fs::create_dir(&path).expect("writable");
+    let ended = run("programs/square.txt");
+    assert_eq!(ended.code, Some(1), "{ended:?}");
+    assert!(ended.stdout.starts_with("programs/square.txt: done\n"), "{ended:?}");
+    assert_eq!(names(), expected, "nothing unfinished is left");
+}
+
+#[test]
+fn names_are_escaped_in_plots() {
+    let scratch = Scratch::new("report_stdin");
+    let directory = scratch.path("report");
+    let arguments = ["run", "-", "--fast", "-q", "--report", &directory];
+    let ended = cli_support::run_with_input(&arguments, "Delay(0.01)\n");
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+    let svg = std::fs::read_to_string(format!("{directory}/joints.svg")).expect("written");
+    assert_well_formed(&svg);
+    assert!(svg.contains("&lt;stdin&gt;"), "the name is text, not a tag");
+}
+
+#[test]
 fn a_failed_run_is_reported_too() {
     let Reported { json, .. } = &report("report_error", "programs/out_of_reach.txt");
     assert_eq!(json["outcome"]["end"], "robot_error");

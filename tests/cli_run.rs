@@ -3,7 +3,7 @@
 
 mod cli_support;
 
-use cli_support::{Ended, Scratch, run};
+use cli_support::{Ended, Scratch, run, run_with_input};
 
 fn fast(program: &str) -> Ended {
     run(&["run", program, "--fast", "--quiet"])
@@ -40,7 +40,8 @@ fn a_square_is_as_long_as_its_sides() {
     // back in joint space are longer than the straight line between their ends.
     let lines = 2.0 * 2700_f64.sqrt() + 240.0;
     let distance = fast("programs/square.txt");
-    let distance: f64 = value(&distance, "distance").trim_end_matches(" mm").parse().unwrap();
+    let distance: f64 =
+        value(&distance, "distance").trim_end_matches(" mm, homing included").parse().unwrap();
     assert!(distance > lines + 2.0 * 128.0 && distance < lines + 600.0, "{distance}");
 }
 
@@ -67,6 +68,11 @@ fn a_wrong_byte_order_is_noticed_before_anything_is_sent() {
         assert!(ended.stderr.contains("makes no sense in the byte order"), "{order}: {ended:?}");
         assert!(ended.stderr.contains("use --byte-order auto"), "{order}: {ended:?}");
         assert_eq!(value(&ended, "commands"), "0 of 15 done, 0 accepted", "{order}");
+        for nonsense in ["distance", "robot time", "queue space"] {
+            assert!(!ended.stdout.contains(nonsense), "{order}: {nonsense}: {}", ended.stdout);
+        }
+        let talkative = run(&["run", file, "--fast", "--byte-order", order]);
+        assert!(!talkative.stderr.contains("queue space"), "{order}: {}", talkative.stderr);
     }
 }
 
@@ -103,7 +109,7 @@ fn bad_programs_give_all_their_errors_and_move_nothing() {
                 "11:15: SetVelTimeout: t = 2 s, allowed: 0.001 to 1 s",
                 "12:24: SetJointLimits: q_max = 10 deg, allowed: 15 deg or more, to leave q_min room",
                 "13:22: SetWorkZoneLimits: y_min = 0 mm, allowed: less than y_max, which is -100 mm",
-                "14:9: MoveLin: x = inf mm, allowed: any finite number",
+                "14:9: MoveLin: x: 1e99 is too large for a 32-bit Real",
             ],
         ),
         (
@@ -144,6 +150,39 @@ fn bad_programs_give_all_their_errors_and_move_nothing() {
         assert_eq!(ended.code, Some(2), "{name}");
         assert_eq!(ended.stdout, "", "{name}");
     }
+}
+
+#[test]
+fn limits_of_this_program_are_told_with_their_place() {
+    let scratch = Scratch::new("own_limits");
+    let program = scratch.write("eternal.txt", "Delay(86400)\nDelay(1e30)\n");
+    let ended = fast(&program);
+    assert_eq!(ended.code, Some(2), "{ended:?}");
+    assert!(ended.stderr.starts_with(&format!("{program}:2:7: Delay: 1e30 s is more than a day")));
+
+    let all: String = (1..=8_000).map(|n| format!("SetCheckpoint({n})\n")).collect();
+    let program = scratch.write("checkpoints.txt", &all);
+    let ended = fast(&program);
+    assert_eq!(ended.code, Some(2), "{}", ended.stderr);
+    assert!(ended.stderr.starts_with(&format!("{program}:7981:1: no 20 checkpoint numbers")));
+}
+
+#[test]
+fn a_program_may_come_from_standard_input() {
+    let ended = run_with_input(&["run", "-", "--fast", "-q"], "Delay(0.01)\n");
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+    assert!(ended.stdout.starts_with("<stdin>: done\n"), "{ended:?}");
+    let ended = run_with_input(&["run", "-", "--fast", "-q"], "Delay(0.01)\nDelay(x)\n");
+    assert_eq!(ended.code, Some(2), "{ended:?}");
+    assert!(ended.stderr.starts_with("<stdin>:2:7: Delay: t must be a number"), "{ended:?}");
+}
+
+#[test]
+fn commands_that_may_be_refused_in_silence_are_named() {
+    let ended = fast("programs/pick_and_place.txt");
+    let told = value(&ended, "unconfirmed");
+    assert!(told.starts_with("lines 10, 11, 13, 18, 25: the robot may refuse"), "{told}");
+    assert!(!fast("programs/square.txt").stdout.contains("unconfirmed"));
 }
 
 #[test]

@@ -46,6 +46,90 @@ fn a_field_is_where_the_manual_puts_it() {
     assert_eq!(fifo["table"], 14);
 }
 
+/// The row of a table in which `key` is `value`: as JSON, and the same row of the CSV text by name.
+fn row_by(table: &str, key: &str, value: &Value) -> (Value, Vec<(String, String)>) {
+    let objects = json(&["table", table, "--json"]);
+    let objects = objects.as_array().expect("an array");
+    let position = objects.iter().position(|row| row[key] == *value).expect("a row");
+    let csv_text = run(&["table", table, "--csv"]).stdout;
+    let headers = csv_text.lines().next().expect("a header").split(',').map(String::from);
+    let cells: Vec<String> = csv_rows(&csv_text)[position].iter().map(String::from).collect();
+    (objects[position].clone(), headers.zip(cells).collect())
+}
+
+#[test]
+fn every_cell_stands_under_its_own_header() {
+    let cases: [(&str, &str, Value, Value); 5] = [
+        (
+            "output",
+            "name",
+            "MotionCommandID".into(),
+            serde_json::json!({
+                "byte": 8, "bit": 0, "bits": 32, "type": "u32", "section": "MotionCommand",
+                "name": "MotionCommandID", "unit": null,
+            }),
+        ),
+        (
+            "input",
+            "name",
+            "FifoSpace".into(),
+            serde_json::json!({
+                "byte": 10, "bit": 0, "bits": 16, "type": "u16", "section": "MotionStatus",
+                "name": "FifoSpace", "object": "6015h", "pdo": "1A01h", "table": 14,
+            }),
+        ),
+        (
+            "commands",
+            "name",
+            "SetJointLimits".into(),
+            serde_json::json!({
+                "name": "SetJointLimits", "meca500": true, "needs": "deactivated",
+                "persistent": true,
+            }),
+        ),
+        (
+            "dynamic",
+            "id",
+            40.into(),
+            serde_json::json!({
+                "id": 40, "last_id": null, "name": "Actual joint position", "meca500": true,
+            }),
+        ),
+        (
+            "errors",
+            "code",
+            1016.into(),
+            serde_json::json!({ "code": 1016, "kind": "error", "resettable": null }),
+        ),
+    ];
+    for (table, key, value, expected) in cases {
+        let (object, cells) = row_by(table, key, &value);
+        for (name, expected) in expected.as_object().expect("an object") {
+            assert_eq!(object[name], *expected, "{table}: {name} in {object}");
+        }
+        assert_eq!(object.as_object().expect("an object").len(), cells.len(), "{table}");
+        for ((name, cell), (header, written)) in
+            object.as_object().expect("an object").iter().zip(&cells)
+        {
+            assert_eq!(name, header, "{table}");
+            let as_csv = match cell {
+                Value::Null => String::new(),
+                Value::Bool(yes) => if *yes { "yes" } else { "no" }.into(),
+                Value::String(text) => text.clone(),
+                other => other.to_string(),
+            };
+            assert_eq!(as_csv, *written, "{table}: {name}");
+        }
+    }
+    let (move_lin, _) = row_by("commands", "name", &"MoveLin".into());
+    assert!(move_lin["arguments"].as_str().is_some_and(|list| list.starts_with("x mm, y mm")));
+    let text = run(&["table", "commands"]).stdout;
+    let headers: Vec<&str> = text.lines().next().expect("a header").split_whitespace().collect();
+    assert_eq!(headers.last(), Some(&"arguments"));
+    let line = text.lines().find(|line| line.contains(" MoveLin ")).expect("MoveLin");
+    assert!(line.ends_with("gamma deg"), "arguments are the last column: {line}");
+}
+
 #[test]
 fn commands_dynamic_types_and_errors_are_listed() {
     let commands = run(&["table", "commands"]).stdout;

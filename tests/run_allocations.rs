@@ -1,13 +1,14 @@
-//! The cycle of a run takes no memory: what it needs was taken before the first one.
+//! A run takes no memory once it is under way: what it needs was taken before the first cycle.
 #![cfg(feature = "std")]
 
 use fieldarm::cycle::{CyclicLink, InputQuality};
-use fieldarm::engine::meca500::{ByteOrderSetting, Config, Engine};
-use fieldarm::run::observation::Observation;
+use fieldarm::engine::meca500::{ByteOrderSetting, Config, Engine, Event};
+use fieldarm::run::drive::{Observer, Progress, drive};
+use fieldarm::run::outcome::End;
 use fieldarm::run::pace::SimulatedTime;
 use fieldarm::run::periodic::Periodic;
 use fieldarm::run::program::Program;
-use fieldarm::run::recording::{Recording, Sample};
+use fieldarm::run::recording::Recording;
 use fieldarm::run::runner::Runner;
 use fieldarm::time::{Duration, Instant};
 use fieldarm::wire::meca500::command::MotionCommandId;
@@ -49,12 +50,41 @@ impl CyclicLink for Acknowledging {
     }
 }
 
-#[test]
-fn cycles_take_no_memory() {
-    let counted = allocation_counter::measure(|| drop(std::hint::black_box(vec![0_u8; 16])));
-    assert!(counted.count_total > 0, "the counter counts");
+/// An observer that looks at everything, as the one of the command does.
+#[derive(Default)]
+struct Attentive {
+    events: u32,
+    progress: Option<Progress>,
+    looks: u32,
+    /// Takes memory in every so many cycles, to show that it would be counted.
+    wasteful_every: Option<u64>,
+}
 
-    let text = "Delay(1)\n".repeat(30_000);
+impl Observer for Attentive {
+    fn is_interrupted(&mut self) -> bool {
+        false
+    }
+
+    fn event(&mut self, _event: &Event, _step: Option<usize>) {
+        self.events += 1;
+    }
+
+    fn wants_progress(&mut self, cycles: u64) -> bool {
+        if self.wasteful_every.is_some_and(|every| cycles.is_multiple_of(every)) {
+            drop(std::hint::black_box(vec![0_u8; 16]));
+        }
+        cycles.is_multiple_of(256)
+    }
+
+    fn progress(&mut self, progress: &Progress) {
+        self.looks += 1;
+        self.progress = Some(*progress);
+    }
+}
+
+/// Drives a program of so many commands to its end: memory taken meanwhile, and cycles.
+fn driven(commands: usize, observer: &mut Attentive) -> (u64, u64) {
+    let text = "Delay(1)\n".repeat(commands);
     let program = Program::parse(&text, Revision::R3).expect("a good program");
     let mut engine = Engine::<64>::new(Config {
         byte_order: ByteOrderSetting::Fixed(ByteOrder::BIG),
@@ -65,28 +95,31 @@ fn cycles_take_no_memory() {
     let mut periodic = Periodic::new::<Engine<64>>(link, SimulatedTime, period);
     let mut runner = Runner::new(&program);
     let mut recording = Recording::new();
+    let mut outcome = None;
     let counted = allocation_counter::measure(|| {
-        for _ in 0..20_000 {
-            let turn = periodic.turn(&mut engine).expect("the link does not fail");
-            let outcome = runner.after_turn(&mut engine, turn.now, false, |_| {});
-            assert_eq!(outcome, None);
-            let since_begin = recording.cycle(turn.now);
-            let order = engine.byte_order();
-            let seen = order
-                .and_then(|order| Observation::read(periodic.inputs(), periodic.outputs(), order));
-            if let Some(seen) = seen {
-                let counts = runner.counts();
-                recording.record(Sample {
-                    at: since_begin,
-                    seen,
-                    submitted: counts.submitted,
-                    accepted: counts.accepted,
-                    done: counts.done,
-                });
-            }
-        }
+        let ended = drive(&mut periodic, &mut engine, &mut runner, &mut recording, observer);
+        outcome = Some(ended);
     });
-    assert!(runner.counts().done > 2_000, "{:?}", runner.counts());
+    let outcome = outcome.expect("measured").expect("the link does not fail");
+    assert_eq!(outcome.end, End::Completed);
+    assert_eq!(usize::try_from(runner.counts().done), Ok(commands));
     assert!(!recording.samples().is_empty());
-    assert_eq!(counted.count_total, 0, "{counted:?}");
+    (counted.count_total, periodic.statistics().cycles)
+}
+
+#[test]
+fn a_driven_run_takes_no_memory() {
+    let mut observer = Attentive::default();
+    let (taken, cycles) = driven(5_000, &mut observer);
+    assert!(cycles > 5_000, "{cycles}");
+    assert!(observer.events > 5_000 && observer.looks > 10, "the observer took part");
+    assert!(observer.progress.is_some_and(|progress| progress.seen.is_some()));
+    assert_eq!(taken, 0, "in {cycles} cycles");
+}
+
+#[test]
+fn memory_that_is_taken_is_counted() {
+    let mut observer = Attentive { wasteful_every: Some(100), ..Attentive::default() };
+    let (taken, cycles) = driven(500, &mut observer);
+    assert_eq!(taken, cycles / 100);
 }

@@ -311,7 +311,18 @@ fn syntax_errors_name_the_place_and_the_reason() {
         let line = format!("Delay({word})");
         assert_eq!(syntax_error(&line).0, 7, "{word}");
     }
-    assert_syntax("Delay(1e99)", 7, "Delay: t = inf s, allowed: 0 s or more");
+    assert_syntax("Delay(1e99)", 7, "Delay: t: 1e99 is too large for a 32-bit Real");
+    assert_syntax("Delay(-1e99)", 7, "Delay: t: -1e99 is too large for a 32-bit Real");
+    assert_syntax(
+        "SetJointVel(1e-320)",
+        13,
+        "SetJointVel: p: 1e-320 is too small for a 32-bit Real",
+    );
+    assert_syntax(
+        "SetJointVel(0e-320)",
+        13,
+        "SetJointVel: p = 0 %, allowed: 0.001 to 100 % on a Meca500 R3",
+    );
     assert_syntax(
         "MoveJoints(0, 95, 0, 0, 0, 0)",
         15,
@@ -332,7 +343,16 @@ fn syntax_errors_name_the_place_and_the_reason() {
     assert_syntax(&long, 14, "SetRobotName: s may have 63 characters at most");
     // Columns count characters, not bytes.
     assert_syntax("Delay(1) é ü", 10, "nothing may follow the command, but `é ü` does");
-    assert_syntax("é", 1, "a command's name is expected here, not `é`");
+    assert_syntax("é", 1, "there is no command `é`");
+    assert_syntax(
+        "MöveJoints(0, 0)",
+        1,
+        "there is no command `MöveJoints`; did you mean `MoveJoints`?",
+    );
+    assert_syntax("D\0elay(1)", 1, r"there is no command `D\0elay`; did you mean `Delay`?");
+    assert_syntax("\u{1b}[2J", 1, r"a command's name is expected here, not `\u{1b}[2J`");
+    assert_syntax("Delay(1\u{7})", 7, r"Delay: t must be a number, not `1\u{7}`");
+    assert_syntax("UseVariables()", 1, "there is no command `UseVariables`");
     let error = parse_line("LogTrace(\"éé\", 2)", Revision::R3).unwrap_err();
     assert_eq!((error.column, error.offset), (16, 17));
 }
@@ -406,6 +426,27 @@ fn statements_of_a_cyclic_program() {
         assert_eq!(statement(line), expected, "{line}");
     }
     assert_eq!(Statement::parse("  # nothing", Revision::R3), Ok(None));
+}
+
+#[test]
+fn a_message_shows_no_more_of_a_line_than_fits_on_one() {
+    let cut = |letter: &str| letter.repeat(40) + "...";
+    let (_, message) = syntax_error(&"M".repeat(2_000_000));
+    assert_eq!(message, format!("there is no command `{}`", cut("M")));
+    let (_, message) = syntax_error(&format!("Delay({})", "x".repeat(1_000)));
+    assert_eq!(message, format!("Delay: t must be a number, not `{}`", cut("x")));
+    let (_, message) = syntax_error(&format!("Delay(1) {}", "é".repeat(41)));
+    assert_eq!(message, format!("nothing may follow the command, but `{}` does", cut("é")));
+    let (_, message) = syntax_error(&format!("Delay(1) {}", "é".repeat(40)));
+    assert_eq!(message, format!("nothing may follow the command, but `{}` does", "é".repeat(40)));
+}
+
+#[test]
+fn a_line_of_very_many_arguments_is_read_in_one_pass() {
+    // Counting the column of each argument from the beginning would take hours here.
+    let line = format!("Delay(1{})", ",é".repeat(400_000));
+    let (column, message) = syntax_error(&line);
+    assert_eq!((column, message.as_str()), (9, "Delay takes 1 argument, not 400001"));
 }
 
 #[test]

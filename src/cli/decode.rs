@@ -117,27 +117,26 @@ fn other_order_hint(fields: &[Field], image: &[u8], order: ByteOrder) -> Option<
     }
 }
 
-fn decode(fields: &[Field], image: &[u8], order: ByteOrder) -> Grid {
-    let mut grid = Grid::new(&["byte", "bit", "section", "name", "value", "unit", "note"]);
+fn decode(fields: &[Field], image: &[u8], order: ByteOrder) -> Grid<7> {
     let mut context = Context::default();
-    for field in fields {
-        let Some(value) = field.read(image, order) else { continue };
+    let row = |field: &Field| {
+        let value = field.read(image, order)?;
         let Annotation { value: shown, unit, note } = context.annotate(field, value);
         if field.field_type == FieldType::Reserved && value == FieldValue::Unsigned(0) {
-            continue;
+            return None;
         }
         let is_bit = matches!(field.field_type, FieldType::Bool | FieldType::Reserved);
-        grid.push(vec![
-            field.byte_offset.into(),
-            is_bit.then_some(field.bit).into(),
-            field.section.into(),
-            field.name.into(),
-            shown,
-            if unit.is_empty() { Value::Null } else { unit.into() },
-            if note.is_empty() { Value::Null } else { note.into() },
-        ]);
-    }
-    grid
+        Some([
+            ("byte", field.byte_offset.into()),
+            ("bit", is_bit.then_some(field.bit).into()),
+            ("section", field.section.into()),
+            ("name", field.name.into()),
+            ("value", shown),
+            ("unit", if unit.is_empty() { Value::Null } else { unit.into() }),
+            ("note", if note.is_empty() { Value::Null } else { note.into() }),
+        ])
+    };
+    fields.iter().filter_map(row).collect()
 }
 
 /// What fields before this one tell about it.

@@ -26,20 +26,27 @@ impl Format {
     }
 }
 
-/// A table with named columns. Cells are JSON values: numbers stay numbers, `null` is an empty cell.
+/// A cell with the name of its column. The value is a JSON value: numbers stay numbers, `null` is an
+/// empty cell.
+pub(super) type Cell = (&'static str, Value);
+
+/// A table with named columns: every cell of the `N` in a row brings its name, so that none can come
+/// to stand under another's.
 #[derive(Clone, Debug)]
-pub(super) struct Grid {
-    columns: &'static [&'static str],
-    rows: Vec<Vec<Value>>,
+pub(super) struct Grid<const N: usize> {
+    rows: Vec<[Cell; N]>,
 }
 
-impl Grid {
-    pub(super) const fn new(columns: &'static [&'static str]) -> Self {
-        Self { columns, rows: Vec::new() }
+impl<const N: usize> FromIterator<[Cell; N]> for Grid<N> {
+    fn from_iter<I: IntoIterator<Item = [Cell; N]>>(rows: I) -> Self {
+        Self { rows: rows.into_iter().collect() }
     }
+}
 
-    pub(super) fn push(&mut self, row: Vec<Value>) {
-        self.rows.push(row);
+impl<const N: usize> Grid<N> {
+    /// Names of the columns; none where there are no rows.
+    fn columns(&self) -> Vec<&'static str> {
+        self.rows.first().into_iter().flatten().map(|(name, _)| *name).collect()
     }
 
     /// An array with one object a row.
@@ -47,7 +54,7 @@ impl Grid {
         self.rows
             .iter()
             .map(|row| {
-                let cells = self.columns.iter().map(ToString::to_string).zip(row.iter().cloned());
+                let cells = row.iter().map(|(name, value)| (name.to_string(), value.clone()));
                 Value::Object(cells.collect::<Map<_, _>>())
             })
             .collect()
@@ -55,16 +62,16 @@ impl Grid {
 
     pub(super) fn to_text(&self) -> String {
         let mut table = Table::new();
-        table.load_style(TableStyle::new()).set_header(self.columns.to_vec());
+        table.load_style(TableStyle::new()).set_header(self.columns());
         for row in &self.rows {
-            table.add_row(row.iter().map(cell_text));
+            table.add_row(row.iter().map(|(_, value)| cell_text(value)));
         }
         for (position, column) in table.column_iter_mut().enumerate() {
             let numeric = self
                 .rows
                 .iter()
                 .filter_map(|row| row.get(position))
-                .all(|cell| matches!(cell, Value::Number(_) | Value::Null));
+                .all(|cell| matches!(cell, (_, Value::Number(_) | Value::Null)));
             if numeric {
                 column.set_cell_alignment(CellAlignment::Right);
             }
@@ -77,9 +84,9 @@ impl Grid {
     fn to_csv(&self) -> Result<String, Failure> {
         let failed = |error: csv::Error| Failure::internal(error.to_string());
         let mut writer = csv::Writer::from_writer(Vec::new());
-        writer.write_record(self.columns).map_err(failed)?;
+        writer.write_record(self.columns()).map_err(failed)?;
         for row in &self.rows {
-            writer.write_record(row.iter().map(cell_text)).map_err(failed)?;
+            writer.write_record(row.iter().map(|(_, value)| cell_text(value))).map_err(failed)?;
         }
         let bytes = writer.into_inner().map_err(|error| Failure::internal(error.to_string()))?;
         Ok(String::from_utf8_lossy(&bytes).into_owned())
@@ -135,12 +142,9 @@ pub(super) fn real(value: f32) -> Value {
 mod tests {
     use super::*;
 
-    fn grid() -> Grid {
-        let mut grid = Grid::new(&["name", "offset"]);
-        grid.push(vec!["Busy".into(), 0.into()]);
-        grid.push(vec!["a, b".into(), 12.into()]);
-        grid.push(vec![Value::Null, Value::Null]);
-        grid
+    fn grid() -> Grid<2> {
+        let rows = [("Busy".into(), 0.into()), ("a, b".into(), 12.into()), Default::default()];
+        rows.into_iter().map(|(name, offset)| [("name", name), ("offset", offset)]).collect()
     }
 
     #[test]

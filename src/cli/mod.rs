@@ -12,6 +12,7 @@ mod order;
 mod plots;
 pub mod report;
 mod run_program;
+mod source;
 mod summary;
 mod table;
 mod virtual_robot;

@@ -13,6 +13,8 @@ use crate::run::record::{Counts, StepEnd, StepRecord};
 use crate::run::recording::{Recording, Sample};
 use crate::run::statistics::{CycleStatistics, Quantiles};
 use crate::time::Instant;
+use crate::wire::meca500::command::MotionCommand;
+use crate::wire::meca500::text::Statement;
 
 /// Version of the meaning of the fields.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -38,16 +40,19 @@ pub struct Report {
     pub acknowledgement_cycles: ReportedQuantiles,
     /// Bus cycles.
     pub cycles: ReportedCycles,
-    /// Path length of the tool, in mm.
-    pub distance_mm: f64,
-    /// Time that passed on the robot's clock, in seconds.
-    pub robot_time_s: f64,
+    /// Path length of the tool in mm, homing included; `null` where the inputs made no sense.
+    pub distance_mm: Option<f64>,
+    /// Time that passed on the robot's clock, in seconds; `null` where the inputs made no sense.
+    pub robot_time_s: Option<f64>,
     /// Time that passed on the wall, in seconds.
     pub wall_time_s: f64,
     /// The output image that was sent last, in hex.
     pub final_outputs: String,
     /// Every command of the program.
     pub steps: Vec<ReportedStep>,
+    /// Lines that are done as far as anybody can know, but that the robot may have refused without
+    /// telling: it acknowledges a gripper command without a gripper.
+    pub unconfirmed_lines: Vec<u32>,
     /// Samples of the run, evenly spaced.
     pub samples: Samples,
 }
@@ -189,6 +194,7 @@ pub(super) struct Sources<'a> {
 impl Report {
     pub(super) fn new(program_path: String, settings: Settings, sources: &Sources<'_>) -> Self {
         let Sources { program, outcome, counts, statistics, recording, .. } = *sources;
+        let makes_sense = !matches!(outcome.end, End::ImplausibleInputs);
         let line = outcome.step.and_then(|step| program.steps().get(step)).map(|step| step.line);
         Self {
             schema: "fieldarm.run",
@@ -230,11 +236,12 @@ impl Report {
                 lateness_us: quantiles(statistics.lateness_ns.quantiles(), 1e-3),
                 work_us: quantiles(statistics.work_ns.quantiles(), 1e-3),
             },
-            distance_mm: recording.distance_mm(),
-            robot_time_s: recording.robot_time_us() as f64 * 1e-6,
+            distance_mm: makes_sense.then(|| recording.distance_mm()),
+            robot_time_s: makes_sense.then(|| recording.robot_time_us() as f64 * 1e-6),
             wall_time_s: sources.wall_time_s,
             final_outputs: sources.final_outputs.iter().map(|b| format!("{b:02x}")).collect(),
             steps: steps(sources),
+            unconfirmed_lines: unconfirmed_lines(sources),
             samples: Samples {
                 every_cycles: recording.stride(),
                 columns: COLUMNS,
@@ -264,6 +271,33 @@ fn steps(sources: &Sources<'_>) -> Vec<ReportedStep> {
             ended_s: since_begin(record.ended),
         })
         .collect()
+}
+
+fn unconfirmed_lines(sources: &Sources<'_>) -> Vec<u32> {
+    let steps = sources.program.steps().iter().zip(sources.records);
+    steps
+        .filter(|(step, record)| {
+            matches!(record.end, StepEnd::Done) && tells_no_refusal(&step.statement)
+        })
+        .map(|(step, _)| step.line)
+        .collect()
+}
+
+/// Whether nothing in the cyclic image would tell that the robot refused the command: it needs a tool
+/// or a program that may not be there.
+const fn tells_no_refusal(statement: &Statement) -> bool {
+    matches!(
+        statement,
+        Statement::Motion(
+            MotionCommand::Gripper(_)
+                | MotionCommand::MoveGripper(_)
+                | MotionCommand::SetGripperForce(_)
+                | MotionCommand::SetGripperVel(_)
+                | MotionCommand::SetGripperRange { .. }
+                | MotionCommand::SetValveState(_)
+                | MotionCommand::StartProgram(_)
+        )
+    )
 }
 
 const COLUMNS: &[&str] = &[

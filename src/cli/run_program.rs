@@ -15,6 +15,7 @@ use super::grid::print;
 use super::order::OrderName;
 use super::plots;
 use super::report::{Report, Settings, Sources};
+use super::source::{self, Source};
 use super::watch::{self, Watcher};
 use super::{summary, virtual_robot, wording};
 use crate::engine::meca500::{ByteOrderSetting, CheckpointPolicy, CheckpointRange, Config, Engine};
@@ -38,6 +39,8 @@ const OWN_CHECKPOINTS: [u16; 4] = [1_000, 500, 100, 20];
 const SIMULATED_PROGRESS_CYCLES: u64 = 4_096;
 /// Microseconds between two looks at the progress in real time.
 const REAL_PROGRESS_US: u64 = 200_000;
+/// Two signals closer than this are one wish to end the run.
+const SECOND_SIGNAL_AFTER: Duration = Duration::from_millis(300);
 
 /// Run a robot program.
 ///
@@ -51,11 +54,12 @@ const REAL_PROGRESS_US: u64 = 200_000;
 /// it and lasts as long as the velocity timeout (0.05 s, or what SetVelTimeout said).
 ///
 /// The run ends when the last command is known to be done. Ctrl-C pauses the robot, clears its queue
-/// and leaves outputs of zero, within two seconds; a second Ctrl-C ends at once.
+/// and leaves outputs of zero, within two seconds; a second Ctrl-C ends at once. The signals TERM and
+/// HUP do the same.
 #[derive(Args, Debug)]
 #[command(after_help = super::exit::EXIT_CODES, after_long_help = super::exit::EXIT_CODES)]
 pub(super) struct RunArgs {
-    /// File with the program.
+    /// File with the program; standard input when it is `-`.
     program: PathBuf,
     /// How the robot is reached: sim, the built-in virtual robot.
     #[arg(long, default_value = "sim", value_parser = parse_link)]
@@ -149,8 +153,9 @@ impl From<RevisionName> for Revision {
 }
 
 pub(super) fn run(args: &RunArgs) -> Result<Exit, Failure> {
-    let file = args.program.display().to_string();
-    let program = read_program(&args.program, args.revision.into())?;
+    let [.., fewest_checkpoints] = OWN_CHECKPOINTS;
+    let Source { name: file, program } =
+        source::read(&args.program, args.revision.into(), fewest_checkpoints)?;
     if let Some(directory) = &args.report {
         prepare(directory)?;
     }
@@ -216,41 +221,35 @@ pub(super) fn run(args: &RunArgs) -> Result<Exit, Failure> {
     if message.is_empty() { Ok(exit) } else { Err(Failure { exit, message, is_located: true }) }
 }
 
-/// The whole program, or everything that is wrong with it.
-fn read_program(path: &Path, revision: Revision) -> Result<Program, Failure> {
-    let file = path.display();
-    let text = fs::read_to_string(path).map_err(|error| match error.kind() {
-        io::ErrorKind::InvalidData => {
-            Failure::usage(format!("{file} is not a text; a program is plain text (UTF-8)"))
-        }
-        _ => Failure::internal(format!("cannot read {file}: {error}")),
-    })?;
-    Program::parse(&text, revision).map_err(|faults| {
-        let mut message: String = faults.iter().map(|fault| format!("{file}:{fault}\n")).collect();
-        let errors =
-            if faults.len() == 1 { "1 error".into() } else { format!("{} errors", faults.len()) };
-        message += &format!("{errors} in {file}; nothing was sent to the robot");
-        Failure { exit: Exit::Usage, message, is_located: true }
-    })
-}
-
-/// Makes sure that the report will have a place, before anything moves.
+/// Makes sure that the report will have a place, before anything moves. What is there stays.
 fn prepare(directory: &Path) -> Result<(), Failure> {
     let failed = |error: io::Error| {
         Failure::internal(format!("cannot write a report into {}: {error}", directory.display()))
     };
     fs::create_dir_all(directory).map_err(failed)?;
-    let probe = directory.join("report.json");
-    fs::File::create(probe).map_err(failed)?;
-    Ok(())
+    let probe = unfinished(directory, "report.json");
+    fs::File::create(&probe).map_err(failed)?;
+    fs::remove_file(probe).map_err(failed)
 }
 
-/// A flag that Ctrl-C sets; the second Ctrl-C ends the process at once.
+/// Where a file is written before it takes the place of an older one.
+fn unfinished(directory: &Path, name: &str) -> PathBuf {
+    directory.join(format!(".{name}.{}", process::id()))
+}
+
+/// A flag that Ctrl-C sets, and so do the signals that ask a process to end; the second one ends it
+/// at once.
 fn catch_interrupts() -> Result<Arc<AtomicBool>, Failure> {
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&interrupted);
+    let clock = MonotonicClock::new();
+    let mut first = None;
     ctrlc::set_handler(move || {
-        if flag.swap(true, Ordering::Relaxed) {
+        let now = clock.now();
+        let since_first = now - *first.get_or_insert(now);
+        flag.store(true, Ordering::Relaxed);
+        // A terminal that is closed sends more than one; nobody meant the second.
+        if since_first > SECOND_SIGNAL_AFTER {
             process::exit(Exit::Interrupted as i32);
         }
     })
@@ -261,10 +260,7 @@ fn catch_interrupts() -> Result<Arc<AtomicBool>, Failure> {
 fn config(args: &RunArgs, program: &Program) -> Result<Config, Failure> {
     let free = OWN_CHECKPOINTS.iter().find_map(|count| program.free_checkpoints(*count));
     let (first, last) = free.ok_or_else(|| {
-        Failure::usage(
-            "the program uses nearly all checkpoint numbers from 1 to 8000; leave 20 in a row free \
-             for following the commands",
-        )
+        Failure::internal("no checkpoint numbers are free, though the program was checked for it")
     })?;
     let defaults = Config::default();
     Ok(Config {
@@ -299,7 +295,12 @@ fn write_report(
     let mut paths = Vec::new();
     for (name, content) in files {
         let path = directory.join(name);
-        fs::write(&path, content).map_err(|error| {
+        // Whoever reads the directory meanwhile finds the old file or the new one, both whole.
+        let unfinished = unfinished(directory, name);
+        let written = fs::write(&unfinished, content).and_then(|()| fs::rename(&unfinished, &path));
+        written.map_err(|error| {
+            // It may not even have been made.
+            let _ = fs::remove_file(&unfinished);
             Failure::internal(format!("cannot write {}: {error}", path.display()))
         })?;
         paths.push(path.display().to_string());

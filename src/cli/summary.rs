@@ -48,18 +48,26 @@ pub(super) fn text(report: &Report, files: &[String]) -> String {
     line(
         "cycles",
         format!(
-            "{} at {:.3} ms, {} overruns",
+            "{} at {:.3} ms, {} {}",
             cycles.count,
             report.settings.cycle_us as f64 * 1e-3,
-            cycles.overruns
+            cycles.overruns,
+            if cycles.overruns == 1 { "overrun" } else { "overruns" }
         ),
     );
     let order = report.settings.byte_order_used.as_deref().unwrap_or("never settled");
     let how = if report.settings.byte_order == "auto" { "found" } else { "as told" };
     line("byte order", format!("{order} ({how})"));
-    line("distance", format!("{:.1} mm", report.distance_mm));
-    line("robot time", format!("{:.3} s", report.robot_time_s));
+    if let Some(distance_mm) = report.distance_mm {
+        line("distance", format!("{distance_mm:.1} mm, homing included"));
+    }
+    if let Some(robot_time_s) = report.robot_time_s {
+        line("robot time", format!("{robot_time_s:.3} s"));
+    }
     line("wall time", format!("{:.3} s", report.wall_time_s));
+    if !report.unconfirmed_lines.is_empty() {
+        line("unconfirmed", unconfirmed(&report.unconfirmed_lines));
+    }
     if !files.is_empty() {
         line("report", files.join(", "));
     }
@@ -71,4 +79,20 @@ pub(super) fn text(report: &Report, files: &[String]) -> String {
         (_, None) => "stopped".to_string(),
     };
     format!("{}: {verdict}\n\n{}", report.program, lines.concat())
+}
+
+/// Which lines only count as done because nothing would tell otherwise.
+fn unconfirmed(lines: &[u32]) -> String {
+    const SHOWN: usize = 5;
+    let (shown, rest) = lines.split_at(lines.len().min(SHOWN));
+    let shown: Vec<String> = shown.iter().map(ToString::to_string).collect();
+    let (noun, more) = (
+        if lines.len() == 1 { "line" } else { "lines" },
+        if rest.is_empty() { "" } else { ", ..." },
+    );
+    format!(
+        "{noun} {}{more}: the robot may refuse gripper, valve and StartProgram commands without \
+         telling",
+        shown.join(", ")
+    )
 }

@@ -7,9 +7,9 @@ use serde_json::{Map, Value};
 
 use super::exit::Failure;
 use super::grid::{Format, Grid, pretty, print};
-use crate::wire::meca500::code::{Code, CodeKind, Resettable};
+use crate::wire::meca500::code::{Code, CodeInfo, CodeKind, Resettable};
 use crate::wire::meca500::command::{ArgumentRange, COMMANDS, CommandKind, CommandSpec};
-use crate::wire::meca500::dynamic::DYNAMIC_TYPES;
+use crate::wire::meca500::dynamic::{DYNAMIC_TYPES, DynamicTypeSpec};
 use crate::wire::meca500::image::{Field, INPUT_FIELDS, OUTPUT_FIELDS};
 use crate::wire::meca500::revision::Revision;
 
@@ -61,13 +61,23 @@ impl TableName {
         }
     }
 
-    fn grid(self) -> Grid {
+    fn render(self, format: Format) -> Result<String, Failure> {
         match self {
-            Self::Output => fields(OUTPUT_FIELDS),
-            Self::Input => fields(INPUT_FIELDS),
-            Self::Commands => commands(),
-            Self::Dynamic => dynamic(),
-            Self::Errors => errors(),
+            Self::Output => fields(OUTPUT_FIELDS).render(format),
+            Self::Input => fields(INPUT_FIELDS).render(format),
+            Self::Commands => commands().render(format),
+            Self::Dynamic => dynamic().render(format),
+            Self::Errors => errors().render(format),
+        }
+    }
+
+    fn to_json(self) -> Value {
+        match self {
+            Self::Output => fields(OUTPUT_FIELDS).to_json(),
+            Self::Input => fields(INPUT_FIELDS).to_json(),
+            Self::Commands => commands().to_json(),
+            Self::Dynamic => dynamic().to_json(),
+            Self::Errors => errors().to_json(),
         }
     }
 }
@@ -75,69 +85,55 @@ impl TableName {
 pub(super) fn run(args: &TableArgs) -> Result<(), Failure> {
     let format = Format::from_flags(args.csv, args.json);
     let text = match (args.table, format) {
-        (Some(table), format) => table.grid().render(format)?,
+        (Some(table), format) => table.render(format)?,
         (None, Format::Json) => {
             let tables = TableName::value_variants().iter();
-            let tables = tables.map(|table| (table.name().to_string(), table.grid().to_json()));
+            let tables = tables.map(|table| (table.name().to_string(), table.to_json()));
             pretty(&Value::Object(tables.collect::<Map<_, _>>()))?
         }
         (None, _) => TableName::value_variants()
             .iter()
-            .map(|table| format!("{}\n\n{}\n", table.title(), table.grid().to_text()))
-            .collect(),
+            .map(|table| Ok(format!("{}\n\n{}\n", table.title(), table.render(Format::Text)?)))
+            .collect::<Result<_, Failure>>()?,
     };
     print(&text)
 }
 
-fn fields(fields: &[Field]) -> Grid {
-    let mut grid = Grid::new(&[
-        "byte", "bit", "bits", "type", "section", "name", "unit", "meca500", "object", "sub",
-        "pdo", "table", "meaning",
-    ]);
-    for field in fields {
-        grid.push(vec![
-            field.byte_offset.into(),
-            field.bit.into(),
-            field.size_bits.into(),
-            field.field_type.name().into(),
-            field.section.into(),
-            field.name.into(),
-            or_null(field.unit),
-            or_null(field.support.name()),
-            format!("{:04X}h", field.object).into(),
-            field.sub_index.into(),
-            format!("{:04X}h", field.pdo).into(),
-            field.table.into(),
-            field.doc.into(),
-        ]);
-    }
-    grid
+fn fields(fields: &[Field]) -> Grid<13> {
+    let row = |field: &Field| {
+        [
+            ("byte", field.byte_offset.into()),
+            ("bit", field.bit.into()),
+            ("bits", field.size_bits.into()),
+            ("type", field.field_type.name().into()),
+            ("section", field.section.into()),
+            ("name", field.name.into()),
+            ("unit", or_null(field.unit)),
+            ("meca500", or_null(field.support.name())),
+            ("object", format!("{:04X}h", field.object).into()),
+            ("sub", field.sub_index.into()),
+            ("pdo", format!("{:04X}h", field.pdo).into()),
+            ("table", field.table.into()),
+            ("meaning", field.doc.into()),
+        ]
+    };
+    fields.iter().map(row).collect()
 }
 
-fn commands() -> Grid {
-    let mut grid = Grid::new(&[
-        "id",
-        "last_id",
-        "name",
-        "kind",
-        "meca500",
-        "arguments",
-        "needs",
-        "persistent",
-    ]);
-    for spec in COMMANDS {
-        grid.push(vec![
-            spec.id.0.into(),
-            (spec.last_id != spec.id).then_some(spec.last_id.0).into(),
-            spec.name.into(),
-            kind(spec.kind).into(),
-            spec.available.into(),
-            spec.requires.text().into(),
-            spec.persistent.into(),
-            or_null(&arguments(spec)),
-        ]);
-    }
-    grid
+fn commands() -> Grid<8> {
+    let row = |spec: &CommandSpec| {
+        [
+            ("id", spec.id.0.into()),
+            ("last_id", (spec.last_id != spec.id).then_some(spec.last_id.0).into()),
+            ("name", spec.name.into()),
+            ("kind", kind(spec.kind).into()),
+            ("meca500", spec.available.into()),
+            ("needs", spec.requires.text().into()),
+            ("persistent", spec.persistent.into()),
+            ("arguments", or_null(&arguments(spec))),
+        ]
+    };
+    COMMANDS.iter().map(row).collect()
 }
 
 const fn kind(kind: CommandKind) -> &'static str {
@@ -178,45 +174,43 @@ fn arguments(spec: &CommandSpec) -> String {
     arguments.collect::<Vec<_>>().join(", ")
 }
 
-fn dynamic() -> Grid {
-    let mut grid = Grid::new(&["id", "last_id", "name", "meca500", "in_rotation", "values"]);
-    for spec in DYNAMIC_TYPES {
+fn dynamic() -> Grid<6> {
+    let row = |spec: &DynamicTypeSpec| {
         let values =
             spec.values.iter().map(|value| format!("{}{}", value.name, value.unit.suffix()));
-        grid.push(vec![
-            spec.id.0.into(),
-            (spec.last_id != spec.id).then_some(spec.last_id.0).into(),
-            spec.name.into(),
-            spec.available.into(),
-            spec.in_rotation.into(),
-            or_null(&values.collect::<Vec<_>>().join(", ")),
-        ]);
-    }
-    grid
+        [
+            ("id", spec.id.0.into()),
+            ("last_id", (spec.last_id != spec.id).then_some(spec.last_id.0).into()),
+            ("name", spec.name.into()),
+            ("meca500", spec.available.into()),
+            ("in_rotation", spec.in_rotation.into()),
+            ("values", or_null(&values.collect::<Vec<_>>().join(", "))),
+        ]
+    };
+    DYNAMIC_TYPES.iter().map(row).collect()
 }
 
-fn errors() -> Grid {
-    let mut grid = Grid::new(&["code", "kind", "resettable", "text", "remedy"]);
-    for info in Code::all() {
+fn errors() -> Grid<5> {
+    let row = |info: &CodeInfo| {
         let kind = match info.kind {
             CodeKind::Error => "error",
             CodeKind::Safety => "safety",
-            CodeKind::Response | CodeKind::Monitoring => continue,
+            CodeKind::Response | CodeKind::Monitoring => return None,
         };
         let resettable = match info.resettable {
             Resettable::Yes => Value::Bool(true),
             Resettable::No => Value::Bool(false),
             Resettable::NotStated => Value::Null,
         };
-        grid.push(vec![
-            info.code.0.into(),
-            kind.into(),
-            resettable,
-            info.text.into(),
-            or_null(info.remedy),
-        ]);
-    }
-    grid
+        Some([
+            ("code", info.code.0.into()),
+            ("kind", kind.into()),
+            ("resettable", resettable),
+            ("text", info.text.into()),
+            ("remedy", or_null(info.remedy)),
+        ])
+    };
+    Code::all().filter_map(row).collect()
 }
 
 /// An empty text is an empty cell.

@@ -150,6 +150,10 @@ fn current_line(program: &Program, progress: &Progress) -> String {
 /// Joints and queue, then the cycles.
 fn state(progress: &Progress) -> [String; 2] {
     let seen = match progress.seen {
+        // Later on the run itself would have ended over it.
+        Some(seen) if progress.step == 0 && !seen.is_plausible() => {
+            "the robot's values look wrong in this byte order".into()
+        }
         Some(seen) => {
             let joints: Vec<String> = seen.joints_deg.iter().map(|j| format!("{j:7.2}")).collect();
             format!("joints [{}] deg   queue space {:5}", joints.join(" "), seen.fifo_space)

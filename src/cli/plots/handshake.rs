@@ -2,32 +2,23 @@
 
 use std::prelude::v1::*;
 
-use plotters::coord::Shift;
 use plotters::prelude::*;
 
 use super::PlotError;
-use super::style::{FAINT, GREY, LABEL, SERIES, TITLE, at, px, range, shown, tick};
+use super::style::{Area, Axis, Chart, FAINT, LABEL, SERIES, at, chart, px, range, sheet};
 use crate::run::recording::{Recording, Sample};
 
 const SIZE: (u32, u32) = (1_000, 760);
 
 /// What a curve shows of a sample.
 type Read<T> = fn(&Sample) -> T;
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 pub(super) fn draw(program: &str, recording: &Recording) -> Result<String, PlotError> {
-    let mut svg = String::new();
-    {
-        let root = SVGBackend::with_string(&mut svg, (px(SIZE.0), px(SIZE.1))).into_drawing_area();
-        root.fill(&WHITE)?;
-        let root = root.margin(at(10), at(0), at(0), at(4));
-        let root = root.titled(&format!("Handshake: {program}"), TITLE)?;
+    sheet(&format!("Handshake: {program}"), SIZE, |root| {
         let (upper, lower) = root.split_vertically(px(SIZE.1 / 2 - 20));
         draw_run(&upper, recording.samples())?;
-        draw_first(&lower, recording.first_handshakes())?;
-        root.present()?;
-    }
-    Ok(shown(&svg, SIZE))
+        draw_first(&lower, recording.first_handshakes())
+    })
 }
 
 /// Commands over the whole run.
@@ -40,25 +31,10 @@ fn draw_run(area: &Area<'_>, samples: &[Sample]) -> Result<(), PlotError> {
         ("accepted by the robot", |sample| sample.accepted),
         ("done (checkpoint reached)", |sample| sample.done),
     ];
-    let mut chart = ChartBuilder::on(area)
-        .margin(px(12))
-        .caption("Commands over the run", LABEL)
-        .x_label_area_size(px(48))
-        .y_label_area_size(px(68))
-        .build_cartesian_2d(times.start.max(0.0)..times.end, 0.0..f64::from(most) * 1.05 + 1.0)?;
-    chart
-        .configure_mesh()
-        .x_desc("time [s]")
-        .y_desc("commands")
-        .x_label_formatter(&tick)
-        .y_label_formatter(&tick)
-        .axis_desc_style(LABEL)
-        .label_style(LABEL)
-        .axis_style(GREY.stroke_width(px(1)))
-        .bold_line_style(FAINT.stroke_width(px(1)))
-        .set_all_tick_mark_size(px(4))
-        .light_line_style(TRANSPARENT)
-        .draw()?;
+    let commands = 0.0..f64::from(most) * 1.05 + 1.0;
+    let x = Axis { name: "time [s]", span: times.start.max(0.0)..times.end, labels: 11 };
+    let y = Axis { name: "commands", span: commands, labels: 11 };
+    let mut chart = chart(area, "Commands over the run", x, y)?;
     for ((name, count), (color, width)) in series.iter().zip(LINES) {
         let points = samples.iter().map(|sample| (time(sample), f64::from(count(sample))));
         let line = LineSeries::new(stairs(points), color.stroke_width(px(width)));
@@ -87,25 +63,9 @@ fn draw_first(area: &Area<'_>, samples: &[Sample]) -> Result<(), PlotError> {
         "MoveID in the first {} cycles (first: {first}); every other command is a checkpoint of the engine",
         samples.len()
     );
-    let mut chart = ChartBuilder::on(area)
-        .margin(px(12))
-        .caption(caption, LABEL)
-        .x_label_area_size(px(48))
-        .y_label_area_size(px(68))
-        .build_cartesian_2d(0.0..f64::from(cycles), span)?;
-    chart
-        .configure_mesh()
-        .x_desc("cycle")
-        .y_desc("MoveID, counted from the first")
-        .x_label_formatter(&tick)
-        .y_label_formatter(&tick)
-        .axis_desc_style(LABEL)
-        .label_style(LABEL)
-        .axis_style(GREY.stroke_width(px(1)))
-        .bold_line_style(FAINT.stroke_width(px(1)))
-        .set_all_tick_mark_size(px(4))
-        .light_line_style(TRANSPARENT)
-        .draw()?;
+    let x = Axis { name: "cycle", span: 0.0..f64::from(cycles), labels: 11 };
+    let y = Axis { name: "MoveID, counted from the first", span, labels: 11 };
+    let mut chart = chart(area, &caption, x, y)?;
     for ((name, move_id), (color, width)) in series.iter().zip(LINES) {
         let points = (0_u32..)
             .zip(samples)
@@ -124,12 +84,6 @@ const LINES: [(RGBColor, u32); 3] = {
     let [blue, orange, green, ..] = SERIES;
     [(blue, 6), (orange, 4), (green, 2)]
 };
-
-type Chart<'a, 'b> = ChartContext<
-    'a,
-    SVGBackend<'b>,
-    Cartesian2d<plotters::coord::types::RangedCoordf64, plotters::coord::types::RangedCoordf64>,
->;
 
 fn draw_legend<'b: 'a, 'a>(chart: &mut Chart<'a, 'b>) -> Result<(), PlotError> {
     chart

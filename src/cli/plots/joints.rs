@@ -5,7 +5,7 @@ use std::prelude::v1::*;
 use plotters::prelude::*;
 
 use super::PlotError;
-use super::style::{FAINT, GREY, LABEL, SERIES, TITLE, at, px, range, shown, tick};
+use super::style::{Axis, LABEL, SERIES, at, chart, px, range, sheet};
 use crate::run::recording::{Recording, Sample};
 
 const SIZE: (u32, u32) = (1_000, 520);
@@ -18,31 +18,11 @@ pub(super) fn draw(program: &str, recording: &Recording) -> Result<String, PlotE
     let times = range(samples.iter().map(time), 1e-3);
     let degrees =
         range(samples.iter().flat_map(|sample| sample.seen.joints_deg.map(f64::from)), 10.0);
-    let mut svg = String::new();
-    {
-        let root = SVGBackend::with_string(&mut svg, (px(SIZE.0), px(SIZE.1))).into_drawing_area();
-        root.fill(&WHITE)?;
-        let root = root.margin(at(10), at(0), at(0), at(4));
-        let root = root.titled(&format!("Joints over time: {program}"), TITLE)?;
+    sheet(&format!("Joints over time: {program}"), SIZE, |root| {
         let (plot, legend) = root.split_horizontally(px(SIZE.0 - LEGEND));
-        let mut chart = ChartBuilder::on(&plot)
-            .margin(px(12))
-            .x_label_area_size(px(48))
-            .y_label_area_size(px(68))
-            .build_cartesian_2d(times.start.max(0.0)..times.end, degrees)?;
-        chart
-            .configure_mesh()
-            .x_desc("time [s]")
-            .y_desc("joint position [deg]")
-            .x_label_formatter(&tick)
-            .y_label_formatter(&tick)
-            .axis_desc_style(LABEL)
-            .label_style(LABEL)
-            .axis_style(GREY.stroke_width(px(1)))
-            .bold_line_style(FAINT.stroke_width(px(1)))
-            .set_all_tick_mark_size(px(4))
-            .light_line_style(TRANSPARENT)
-            .draw()?;
+        let x = Axis { name: "time [s]", span: times.start.max(0.0)..times.end, labels: 11 };
+        let y = Axis { name: "joint position [deg]", span: degrees, labels: 11 };
+        let mut chart = chart(&plot, "", x, y)?;
         // Where lines lie upon each other, the thicker ones below still show.
         let widths = [5, 4, 4, 3, 3, 2];
         for (joint, (color, width)) in SERIES.iter().zip(widths).enumerate() {
@@ -57,7 +37,6 @@ pub(super) fn draw(program: &str, recording: &Recording) -> Result<String, PlotE
             let name = format!("Joint {}", joint + 1);
             legend.draw(&Text::new(name, (at(36), at(y - 7)), LABEL.into_font()))?;
         }
-        root.present()?;
-    }
-    Ok(shown(&svg, SIZE))
+        Ok(())
+    })
 }

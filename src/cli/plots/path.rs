@@ -3,15 +3,14 @@
 use core::ops::Range;
 use std::prelude::v1::*;
 
-use plotters::coord::Shift;
 use plotters::prelude::*;
 
 use super::PlotError;
-use super::style::{FAINT, GREY, LABEL, SERIES, TITLE, at, px, range, shown, tick};
+use super::style::{Area, Axis, LABEL, SERIES, at, chart, px, range, sheet};
 use crate::run::recording::Recording;
 
 /// Three panels side by side; high enough for their plots to be square.
-const SIZE: (u32, u32) = (1_320, 548);
+const SIZE: (u32, u32) = (1_320, 544);
 /// The smallest span worth showing, in mm.
 const LEAST_SPAN: f64 = 10.0;
 
@@ -47,24 +46,15 @@ pub(super) fn draw(program: &str, recording: &Recording) -> Result<String, PlotE
         let middle = (span.start + span.end) / 2.0;
         middle - widest / 2.0..middle + widest / 2.0
     });
-    let mut svg = String::new();
-    {
-        let size = (px(SIZE.0), px(SIZE.1));
-        let root = SVGBackend::with_string(&mut svg, size).into_drawing_area();
-        root.fill(&WHITE)?;
-        let root = root.margin(at(10), at(0), at(0), at(4));
-        let root = root.titled(&format!("Path of the tool: {program}"), TITLE)?;
-        for (side, panel) in SIDES.iter().zip(root.split_evenly((1, 3))) {
-            draw_side(side, &panel, &points, &squares)?;
-        }
-        root.present()?;
-    }
-    Ok(shown(&svg, SIZE))
+    sheet(&format!("Path of the tool: {program}"), SIZE, |root| {
+        let mut panels = SIDES.iter().zip(root.split_evenly((1, 3)));
+        panels.try_for_each(|(side, panel)| draw_side(side, &panel, &points, &squares))
+    })
 }
 
 fn draw_side(
     side: &Side,
-    panel: &DrawingArea<SVGBackend<'_>, Shift>,
+    panel: &Area<'_>,
     points: &[[f64; 3]],
     squares: &[Range<f64>; 3],
 ) -> Result<(), PlotError> {
@@ -73,27 +63,8 @@ fn draw_side(
         let coordinate = |axis: usize| point.get(axis).copied().unwrap_or(0.0);
         (coordinate(side.right.0), coordinate(side.up.0))
     };
-    let mut chart = ChartBuilder::on(panel)
-        .margin(px(10))
-        .caption(side.name, LABEL)
-        .x_label_area_size(px(48))
-        .y_label_area_size(px(64))
-        .build_cartesian_2d(span(side.right.0), span(side.up.0))?;
-    chart
-        .configure_mesh()
-        .x_desc(side.right.1)
-        .y_desc(side.up.1)
-        .x_labels(6)
-        .y_labels(6)
-        .x_label_formatter(&tick)
-        .y_label_formatter(&tick)
-        .axis_desc_style(LABEL)
-        .label_style(LABEL)
-        .axis_style(GREY.stroke_width(px(1)))
-        .bold_line_style(FAINT.stroke_width(px(1)))
-        .set_all_tick_mark_size(px(4))
-        .light_line_style(TRANSPARENT)
-        .draw()?;
+    let axis = |(axis, name)| Axis { name, span: span(axis), labels: 6 };
+    let mut chart = chart(panel, side.name, axis(side.right), axis(side.up))?;
     let [blue, _, green, red, ..] = SERIES;
     chart.draw_series(LineSeries::new(points.iter().map(project), blue.stroke_width(px(2))))?;
     let ends = [(points.first(), green, "start"), (points.last(), red, "end")];

@@ -1,5 +1,7 @@
 //! What is wrong with a line, and where.
 
+use core::fmt::{self, Write};
+
 use super::spec::TextCommandSpec;
 use crate::wire::meca500::command::{ArgumentCount, ArgumentError};
 
@@ -20,13 +22,13 @@ pub struct SyntaxError<'a> {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SyntaxErrorReason<'a> {
     /// The line does not begin with a name.
-    #[error("a command's name is expected here, not `{found}`")]
+    #[error("a command's name is expected here, not `{}`", Shown(.found))]
     NoName {
         /// What is there.
         found: &'a str,
     },
     /// No command has this name.
-    #[error("there is no command `{name}`{}{}{}",
+    #[error("there is no command `{}`{}{}{}", Shown(.name),
         if .suggestion.is_some() { "; did you mean `" } else { "" },
         .suggestion.unwrap_or(""),
         if .suggestion.is_some() { "`?" } else { "" })]
@@ -49,7 +51,7 @@ pub enum SyntaxErrorReason<'a> {
         command: &'static str,
     },
     /// Two arguments without a comma between them.
-    #[error("a comma is missing before `{found}`")]
+    #[error("a comma is missing before `{}`", Shown(.found))]
     MissingComma {
         /// The second of them.
         found: &'a str,
@@ -61,7 +63,7 @@ pub enum SyntaxErrorReason<'a> {
     #[error("the closing quotation mark is missing")]
     UnterminatedText,
     /// Text after the closing parenthesis.
-    #[error("nothing may follow the command, but `{found}` does")]
+    #[error("nothing may follow the command, but `{}` does", Shown(.found))]
     TrailingText {
         /// The text.
         found: &'a str,
@@ -77,7 +79,7 @@ pub enum SyntaxErrorReason<'a> {
         given: usize,
     },
     /// An argument that must be a number and is not.
-    #[error("{command}: {argument} must be a number, not `{found}`")]
+    #[error("{command}: {argument} must be a number, not `{}`", Shown(.found))]
     NotANumber {
         /// The command.
         command: &'static str,
@@ -86,11 +88,25 @@ pub enum SyntaxErrorReason<'a> {
         /// What is there.
         found: &'a str,
     },
+    /// A number beyond what a Real can hold. Its value as a Real, infinite or zero, is nothing that
+    /// anybody wrote.
+    #[error("{command}: {argument}: {} is too {} for a 32-bit Real", Shown(.found),
+        if *.is_large { "large" } else { "small" })]
+    NotAReal {
+        /// The command.
+        command: &'static str,
+        /// The argument.
+        argument: &'static str,
+        /// What is there.
+        found: &'a str,
+        /// Whether it is too large; too close to zero otherwise.
+        is_large: bool,
+    },
     /// A number out of its range.
     #[error(transparent)]
     OutOfRange(#[from] ArgumentError),
     /// A large integer out of its range, or not an integer.
-    #[error("{command}: {argument} = {found}, allowed: an integer from {min} to {max}")]
+    #[error("{command}: {argument} = {}, allowed: an integer from {min} to {max}", Shown(.found))]
     WholeOutOfRange {
         /// The command.
         command: &'static str,
@@ -124,6 +140,26 @@ impl<'a> SyntaxErrorReason<'a> {
     /// A wrong number of arguments.
     pub(super) fn count(spec: &TextCommandSpec, expected: ArgumentCount, given: usize) -> Self {
         Self::ArgumentCount { command: spec.name, expected, given }
+    }
+}
+
+/// A piece of a line in a message: what cannot be seen is escaped, and what is long is cut.
+pub(super) struct Shown<'a>(pub(super) &'a str);
+
+/// Characters of a line that a message shows at most.
+const SHOWN_CHARS: usize = 40;
+
+impl fmt::Display for Shown<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut letters = self.0.chars();
+        for letter in letters.by_ref().take(SHOWN_CHARS) {
+            match letter {
+                // These are seen as they are, and a backslash before them would be misread.
+                '"' | '\'' | '\\' => f.write_char(letter)?,
+                _ => letter.escape_debug().try_for_each(|shown| f.write_char(shown))?,
+            }
+        }
+        if letters.next().is_some() { f.write_str("...") } else { Ok(()) }
     }
 }
 

@@ -4,6 +4,9 @@ use super::spec::TextCommandSpec;
 
 /// No command's name is longer.
 const LONGEST: usize = 48;
+/// Names that differ in more letters are other words, not mistyped ones: UseVariables is no
+/// ListVariables.
+const MOST_MISTAKES: usize = 2;
 
 /// The name that somebody most likely meant; `None` when none is near.
 pub(super) fn closest(name: &str) -> Option<&'static str> {
@@ -12,7 +15,8 @@ pub(super) fn closest(name: &str) -> Option<&'static str> {
     }
     let near = |known: &'static str| {
         let distance = edit_distance(name, known);
-        (distance * 3 <= known.len()).then_some((distance, known))
+        let is_near = distance <= MOST_MISTAKES && distance * 4 <= known.len();
+        is_near.then_some((distance, known))
     };
     TextCommandSpec::all()
         .filter_map(|spec| near(spec.name))

@@ -88,6 +88,12 @@ fn real(text: &str) -> Option<f32> {
     if text.bytes().all(plain) { text.parse().ok() } else { None }
 }
 
+/// Whether a number other than zero became zero because a Real holds none so small.
+fn is_lost_in_zero(text: &str, value: f32) -> bool {
+    let digits = text.split(['e', 'E']).next().unwrap_or(text);
+    value == 0.0 && digits.bytes().any(|byte| matches!(byte, b'1'..=b'9'))
+}
+
 fn unquoted(text: &str) -> &str {
     text.strip_prefix('"').and_then(|text| text.strip_suffix('"')).unwrap_or(text)
 }
@@ -97,6 +103,9 @@ fn unquoted(text: &str) -> &str {
 pub struct Arguments<'a> {
     line: &'a str,
     rest: Option<Piece<'a>>,
+    /// Where the columns are counted up to, in bytes and in characters, so that a long line is
+    /// counted once and not again for every argument.
+    counted: (usize, usize),
 }
 
 impl<'a> Iterator for Arguments<'a> {
@@ -109,11 +118,11 @@ impl<'a> Iterator for Arguments<'a> {
         self.rest =
             after.strip_prefix(',').map(|text| Piece { text, offset: piece.offset + end + 1 });
         let trimmed = trim(Piece { text, offset: piece.offset });
-        Some(Argument {
-            text: trimmed.text,
-            offset: trimmed.offset,
-            column: super::error::column_of(self.line, trimmed.offset),
-        })
+        let (offset, characters) = self.counted;
+        let passed = self.line.get(offset..trimmed.offset).unwrap_or("").chars().count();
+        self.counted = (trimmed.offset, characters + passed);
+        let column = characters + passed + 1;
+        Some(Argument { text: trimmed.text, offset: trimmed.offset, column })
     }
 }
 
@@ -122,7 +131,7 @@ impl<'a> ParsedCommand<'a> {
     #[must_use]
     pub fn arguments(&self) -> Arguments<'a> {
         let is_empty = self.list.text.trim().is_empty();
-        Arguments { line: self.line, rest: (!is_empty).then_some(self.list) }
+        Arguments { line: self.line, rest: (!is_empty).then_some(self.list), counted: (0, 0) }
     }
 
     /// The first six arguments as numbers, 0 where an argument is none or is left out. `*` in
@@ -239,12 +248,14 @@ pub fn parse_line(
         Some(text) => (true, trim(Piece { text, offset: whole.offset + 1 })),
         None => (false, whole),
     };
-    let is_name = |letter: char| letter.is_ascii_alphanumeric() || letter == '_';
-    let name = body.text.split(|letter| !is_name(letter)).next().unwrap_or("");
-    if !name.starts_with(|letter: char| letter.is_ascii_alphabetic()) {
+    if !body.text.starts_with(char::is_alphabetic) {
         return Err(Reason::NoName { found: first_word(body.text) }.at(line, body.offset));
     }
+    let is_name = |letter: char| letter.is_ascii_alphanumeric() || letter == '_';
+    let name = body.text.split(|letter| !is_name(letter)).next().unwrap_or("");
     let Some(spec) = TextCommandSpec::by_name(name) else {
+        // The whole word, with what no name may have: that may be the mistake.
+        let name = first_word(body.text).split(['(', ')', ',']).next().unwrap_or(name);
         let suggestion = names::closest(name);
         return Err(Reason::UnknownCommand { name, suggestion }.at(line, body.offset));
     };
@@ -381,6 +392,10 @@ fn check_argument<'a>(
             let value = value.ok_or(not_a_number)?;
             if range.contains(value, revision) {
                 return Ok(Some(value));
+            }
+            if value.is_infinite() || is_lost_in_zero(found, value) {
+                let is_large = value.is_infinite();
+                return Err(Reason::NotAReal { command, argument: name, found, is_large });
             }
             let unit = declared.unit;
             let allowed = Allowed::Range { range, unit, revision };

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use super::error::{SyntaxError, SyntaxErrorReason};
+use super::error::{Shown, SyntaxError, SyntaxErrorReason};
 use super::parse::{Argument, ParsedCommand, Value, parse_line};
 use super::spec::{Category, CyclicEquivalent, MotionControlBit, RobotControlBit};
 use crate::wire::meca500::command::{
@@ -113,8 +113,9 @@ impl fmt::Display for ProgramErrorReason<'_> {
             ),
             Self::Variable { argument } => write!(
                 f,
-                "`{argument}` is a robot variable, which only the robot's TCP interface looks up \
-                 by name; write a number"
+                "`{}` is a robot variable, which only the robot's TCP interface looks up by name; \
+                 write a number",
+                Shown(argument)
             ),
             Self::VariableByName => f.write_str(
                 "SetVariable names its variable, and names exist only on the robot's TCP \
@@ -127,7 +128,8 @@ impl fmt::Display for ProgramErrorReason<'_> {
             Self::ProgramName { name } => write!(
                 f,
                 "StartProgram over the cyclic image takes programs named by a number from 1 to \
-                 500, not `{name}`"
+                 500, not `{}`",
+                Shown(name)
             ),
             Self::Command(error) => error.fmt(f),
         }
