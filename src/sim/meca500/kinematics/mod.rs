@@ -1,10 +1,10 @@
 //! The geometry of the arm: where the flange is for given joints, and which joints bring it there.
 //!
-//! Read first: [`forward`], [`inverse`], [`Posture`]. Joint sets are plain `[f64; 6]` in degrees,
+//! Read first: [`forward()`], [`inverse()`], [`Posture`]. Joint sets are plain `[f64; 6]` in degrees,
 //! lengths are millimetres.
 //!
-//! Invariants: nothing here allocates or panics; every solution of [`inverse`] gives back its pose
-//! through [`forward`]. Leaves out: joint limits other than their figures, calibration, the bodies
+//! Invariants: nothing here allocates or panics; every solution of [`inverse()`] gives back its pose
+//! through [`forward()`]. Leaves out: joint limits other than their figures, calibration, the bodies
 //! of the links (the joint centres of [`Chain`] stand for them).
 
 mod configuration;
