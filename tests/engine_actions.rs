@@ -353,3 +353,44 @@ fn deactivation_aborts_what_the_robot_held() {
         assert_eq!(bench.final_event(ticket), Some(Event::Aborted { ticket, reason }));
     }
 }
+
+#[test]
+fn a_stop_goes_before_everything_that_could_power_or_move_the_robot() {
+    for stop in [Action::Pause, Action::Clear] {
+        for cycles in 0..40 {
+            let mut bench = Bench::connected_to(Config::default(), Robot::new());
+            for action in [Action::BringUp, Action::Activate, Action::Home, Action::Recover] {
+                bench.engine.request(action).unwrap();
+            }
+            bench.engine.request(Action::RecoveryMode(true)).unwrap();
+            bench.steps(cycles);
+            let is_up = bench.saw_event(Event::ActionDone(Action::BringUp));
+            bench.engine.request(stop).unwrap();
+            bench.steps(1);
+            let powering = RobotControlFlags::ACTIVATE_ROBOT | RobotControlFlags::HOME;
+            for _ in 0..100 {
+                assert!(!robot_bits(&bench).intersects(powering), "{stop:?} after {cycles}");
+                assert!(!motion_bits(&bench).contains(MotionControlFlags::RESUME_MOTION));
+                bench.step();
+            }
+            assert!(bench.saw_event(Event::ActionDone(stop)), "{stop:?} after {cycles}");
+            assert!(is_up || failed(&bench, Action::BringUp, Fault::Superseded));
+            assert!(bench.robot.recovery, "what moves nothing is still done");
+        }
+    }
+}
+
+#[test]
+fn a_bring_up_fails_at_once_over_a_signal_it_cannot_reset() {
+    for cycles in [0, 6, 14] {
+        let mut bench = Bench::connected_to(Config::default(), Robot::new());
+        bench.robot.action_cycles = 50;
+        bench.engine.bring_up().unwrap();
+        bench.steps(cycles);
+        bench.robot.signals = SafetySignals::E_STOP;
+        bench.robot.ignores_actions = true;
+        bench.steps(10);
+        assert!(failed(&bench, Action::BringUp, Fault::SafetyStopPresent), "after {cycles}");
+        assert!(robot_bits(&bench).is_empty());
+    }
+}

@@ -1,8 +1,12 @@
 //! The program runner against the virtual robot, in simulated time.
 #![cfg(feature = "cli")]
 
-use fieldarm::cycle::{CyclicLink, InputQuality};
-use fieldarm::engine::meca500::{AbortReason, CheckpointPolicy, Config, Engine, Event, WaitReason};
+use std::fmt;
+
+use fieldarm::cycle::{CyclicDevice, CyclicLink, InputQuality};
+use fieldarm::engine::meca500::{
+    AbortReason, Action, CheckpointPolicy, Config, Engine, Event, Fault, WaitReason,
+};
 use fieldarm::link::direct::{DirectLink, DirectLinkError};
 use fieldarm::run::drive::{Observer, Progress, drive};
 use fieldarm::run::outcome::{End, Outcome, Stop};
@@ -13,10 +17,12 @@ use fieldarm::run::record::{Counts, StepEnd, StepRecord};
 use fieldarm::run::recording::Recording;
 use fieldarm::run::runner::{Runner, STOP_LIMIT};
 use fieldarm::sim::meca500::readings::RefusalCode;
-use fieldarm::sim::meca500::{FittedTool, Readings, RobotSettings, VirtualRobot};
+use fieldarm::sim::meca500::{
+    FittedTool, Lifecycle, LifecycleTimes, Readings, RobotSettings, VirtualRobot,
+};
 use fieldarm::time::{Duration, Instant};
 use fieldarm::wire::meca500::code::Code;
-use fieldarm::wire::meca500::image::SafetySignals;
+use fieldarm::wire::meca500::image::{INPUT_LEN, OUTPUT_LEN, SafetySignals};
 use fieldarm::wire::meca500::revision::Revision;
 
 const PERIOD: Duration = Duration::from_millis(1);
@@ -32,22 +38,53 @@ struct Cell {
     accident: Accident,
     cycle: u64,
     last_outputs: Vec<u8>,
+    fails_at: Option<u64>,
+    homing_cycles_before: u64,
+    homing_cycles_after: u64,
+    interrupt_at: Option<u64>,
+}
+
+/// Why an exchange failed.
+#[derive(Debug)]
+enum CellError {
+    Direct(DirectLinkError),
+    Unplugged,
+}
+
+impl fmt::Display for CellError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Direct(error) => error.fmt(f),
+            Self::Unplugged => f.write_str("the plug was pulled"),
+        }
+    }
 }
 
 impl CyclicLink for Cell {
-    type Error = DirectLinkError;
+    type Error = CellError;
 
     fn exchange(
         &mut self,
         now: Instant,
         outputs: &[u8],
         inputs: &mut [u8],
-    ) -> Result<InputQuality, DirectLinkError> {
+    ) -> Result<InputQuality, CellError> {
         self.cycle += 1;
         assert!(self.cycle < LONGEST, "the run does not end");
         self.last_outputs = outputs.to_vec();
+        if self.fails_at == Some(self.cycle) {
+            return Err(CellError::Unplugged);
+        }
+        if self.link.device().lifecycle() == Lifecycle::Homing {
+            match self.interrupt_at {
+                Some(at) if self.cycle > at => self.homing_cycles_after += 1,
+                _ => self.homing_cycles_before += 1,
+            }
+        }
         match (self.accident)(self.cycle, self.link.device_mut()) {
-            InputQuality::Fresh => self.link.exchange(now, outputs, inputs),
+            InputQuality::Fresh => {
+                self.link.exchange(now, outputs, inputs).map_err(CellError::Direct)
+            }
             bad => Ok(bad),
         }
     }
@@ -88,12 +125,15 @@ struct Finished {
     cycles: u64,
     last_outputs: Vec<u8>,
     distance_mm: f64,
+    homing_cycles_before: u64,
+    homing_cycles_after: u64,
 }
 
 struct Setup {
     settings: RobotSettings,
     accident: Accident,
     interrupt_at: Option<u64>,
+    fails_at: Option<u64>,
 }
 
 fn undisturbed(_cycle: u64, _robot: &mut VirtualRobot) -> InputQuality {
@@ -102,7 +142,12 @@ fn undisturbed(_cycle: u64, _robot: &mut VirtualRobot) -> InputQuality {
 
 impl Default for Setup {
     fn default() -> Self {
-        Self { settings: RobotSettings::default(), accident: undisturbed, interrupt_at: None }
+        Self {
+            settings: RobotSettings::default(),
+            accident: undisturbed,
+            interrupt_at: None,
+            fails_at: None,
+        }
     }
 }
 
@@ -115,13 +160,17 @@ fn run_with(text: &str, setup: Setup) -> Finished {
         accident: setup.accident,
         cycle: 0,
         last_outputs: Vec::new(),
+        fails_at: setup.fails_at,
+        homing_cycles_before: 0,
+        homing_cycles_after: 0,
+        interrupt_at: setup.interrupt_at,
     };
     let mut periodic = Periodic::new::<Engine<64>>(cell, SimulatedTime, PERIOD);
     let mut runner = Runner::new(&program);
     let mut recording = Recording::new();
     let mut watch = Watch { interrupt_at: setup.interrupt_at, cycles: 0, checkpoints: Vec::new() };
     let outcome = drive(&mut periodic, &mut engine, &mut runner, &mut recording, &mut watch)
-        .expect("the direct link does not fail");
+        .expect("the images have their lengths");
     Finished {
         outcome,
         counts: runner.counts(),
@@ -131,6 +180,8 @@ fn run_with(text: &str, setup: Setup) -> Finished {
         robot: periodic.link().link.device().clone(),
         last_outputs: periodic.link().last_outputs.clone(),
         distance_mm: recording.distance_mm(),
+        homing_cycles_before: periodic.link().homing_cycles_before,
+        homing_cycles_after: periodic.link().homing_cycles_after,
     }
 }
 
@@ -259,6 +310,162 @@ fn an_interrupt_pauses_clears_and_ends_in_bounded_time() {
     }
 }
 
+/// A robot that is up quickly, so that every cycle of it can be tried.
+fn quick() -> RobotSettings {
+    let times = LifecycleTimes {
+        activation: Duration::from_millis(20),
+        deactivation: Duration::from_millis(10),
+        homing: Duration::from_millis(60),
+        boot: Duration::from_millis(100),
+    };
+    RobotSettings { times, ..RobotSettings::default() }
+}
+
+#[test]
+fn after_an_interrupt_nothing_begins_to_move() {
+    let text = "MoveJoints(90, 0, 0, 0, 0, 0)\nDelay(3600)";
+    let (mut deactivated, mut while_homing) = (0, 0);
+    for homed in [false, true] {
+        for interrupt_at in 1..160 {
+            let settings = RobotSettings { homed, ..quick() };
+            let setup = Setup { settings, interrupt_at: Some(interrupt_at), ..Setup::default() };
+            let mut finished = run_with(text, setup);
+            let at = format!("at {interrupt_at}, homed before: {homed}");
+            assert_eq!(finished.outcome.end, End::Interrupted, "{at}");
+            let stop = finished.outcome.stop;
+            let is_stopped = matches!(
+                stop,
+                Stop::NotNeeded | Stop::NotActivated | Stop::Deactivated | Stop::Confirmed
+            );
+            assert!(is_stopped, "{at}: {stop:?}");
+            assert!(finished.cycles < interrupt_at + 500, "{at}: {}", finished.cycles);
+            assert!(finished.homing_cycles_after <= 8, "{at}: {}", finished.homing_cycles_after);
+            let lifecycle = finished.robot.lifecycle();
+            if stop == Stop::Confirmed {
+                assert_eq!(lifecycle, Lifecycle::Activated, "{at}");
+            } else {
+                assert_eq!(lifecycle, Lifecycle::Deactivated, "{at}: {stop:?}");
+            }
+            deactivated += u32::from(stop == Stop::Deactivated);
+            while_homing +=
+                u32::from(finished.homing_cycles_before > 0 && lifecycle == Lifecycle::Deactivated);
+            let before = finished.robot.target_joints();
+            let end = Instant::from_millis(finished.cycles + 1);
+            for cycle in 0..800 {
+                let now = end + Duration::from_millis(cycle);
+                let mut inputs = [0; INPUT_LEN];
+                finished.robot.cycle(now, Some(&[0; OUTPUT_LEN]), &mut inputs);
+            }
+            // Paused is told while the arm still brakes.
+            let braking_deg = if stop == Stop::Confirmed { 2.0 } else { 0.0 };
+            for (joint, before) in finished.robot.target_joints().into_iter().zip(before) {
+                assert!((joint - before).abs() <= braking_deg, "{at}: {before} to {joint}");
+            }
+        }
+    }
+    assert!(deactivated > 50 && while_homing > 20, "{deactivated} {while_homing}");
+}
+
+#[test]
+fn a_link_lost_at_any_time_of_the_bring_up_is_a_lost_link() {
+    for at in [25, 30, 60, 120, 180, 230, 300, 1_000, 3_000] {
+        let finished = run_with("Delay(20)", lost_at(at));
+        assert_eq!(finished.outcome.end, End::ConnectionLost, "at {at}");
+        assert_eq!(finished.outcome.stop, Stop::NotNeeded, "at {at}");
+        assert!(finished.cycles < at + 100, "at {at}: {}", finished.cycles);
+    }
+}
+
+fn lost_at(at: u64) -> Setup {
+    const LOST: [(u64, Accident); 9] = [
+        (25, |cycle, _| lost_from::<25>(cycle)),
+        (30, |cycle, _| lost_from::<30>(cycle)),
+        (60, |cycle, _| lost_from::<60>(cycle)),
+        (120, |cycle, _| lost_from::<120>(cycle)),
+        (180, |cycle, _| lost_from::<180>(cycle)),
+        (230, |cycle, _| lost_from::<230>(cycle)),
+        (300, |cycle, _| lost_from::<300>(cycle)),
+        (1_000, |cycle, _| lost_from::<1_000>(cycle)),
+        (3_000, |cycle, _| lost_from::<3_000>(cycle)),
+    ];
+    let (_, accident) = LOST.into_iter().find(|(cycle, _)| *cycle == at).expect("one of these");
+    Setup { accident, ..Setup::default() }
+}
+
+fn lost_from<const AT: u64>(cycle: u64) -> InputQuality {
+    if cycle < AT { InputQuality::Fresh } else { InputQuality::Lost }
+}
+
+#[test]
+fn a_link_that_fails_is_an_outcome_and_says_why() {
+    for fails_at in [1, 30, 300, 4_000] {
+        let setup = Setup { fails_at: Some(fails_at), ..Setup::default() };
+        let finished = run_with("Delay(20)", setup);
+        let End::LinkFailed(message) = finished.outcome.end else {
+            panic!("at {fails_at}: {:?}", finished.outcome)
+        };
+        assert_eq!(message.as_str(), "the plug was pulled");
+        assert_eq!(finished.last_outputs, [0; 60], "safe outputs are tried all the same");
+    }
+}
+
+#[test]
+fn a_reboot_as_a_line_of_the_program_is_done_when_the_robot_is_back() {
+    for settings in [quick(), RobotSettings::default()] {
+        let finished = run_with("RebootRobot()", Setup { settings, ..Setup::default() });
+        assert_eq!(finished.outcome.end, End::Completed);
+        assert_eq!(finished.counts.done, 1);
+    }
+}
+
+#[test]
+fn a_safety_signal_while_activating_or_homing_ends_the_run_at_once() {
+    let accidents: [(u64, SafetySignals, Accident); 4] = [
+        (100, SafetySignals::E_STOP, |cycle, robot| {
+            if cycle == 100 {
+                robot.panel().press_e_stop();
+            }
+            InputQuality::Fresh
+        }),
+        (1_000, SafetySignals::E_STOP, |cycle, robot| {
+            if cycle == 1_000 {
+                robot.panel().press_e_stop();
+            }
+            InputQuality::Fresh
+        }),
+        (1_000, SafetySignals::P_STOP2, |cycle, robot| {
+            if cycle == 1_000 {
+                robot.panel().press_p_stop2();
+            }
+            InputQuality::Fresh
+        }),
+        (1, SafetySignals::P_STOP2, |cycle, robot| {
+            if cycle == 1 {
+                robot.panel().press_p_stop2();
+            }
+            InputQuality::Fresh
+        }),
+    ];
+    for (at, signals, accident) in accidents {
+        let finished = run_with("Delay(1)", Setup { accident, ..Setup::default() });
+        assert_eq!(finished.outcome.end, End::SafetyStop(signals), "at {at}");
+        assert!(finished.cycles < at + 400, "at {at}: {}", finished.cycles);
+        assert_ne!(finished.outcome.stop, Stop::Unconfirmed, "at {at}");
+    }
+}
+
+#[test]
+fn a_robot_that_was_never_activated_is_not_stopped() {
+    let finished = run("ActivateRobot()\nDeactivateRobot()\nHome()");
+    assert_eq!(finished.outcome.end, End::ActionFailed(Action::Home, Fault::WrongState));
+    assert!(
+        matches!(finished.outcome.stop, Stop::Deactivated | Stop::NotActivated),
+        "{:?}",
+        finished.outcome.stop
+    );
+    assert!(finished.cycles < 1_000, "{}", finished.cycles);
+}
+
 #[test]
 fn a_lost_link_ends_the_run() {
     let accident: Accident = |cycle, _| match cycle {
@@ -317,7 +524,7 @@ fn an_emergency_stop_before_the_bring_up_fails_it() {
         InputQuality::Fresh
     };
     let finished = run_with("Delay(1)", Setup { accident, ..Setup::default() });
-    assert_eq!(finished.outcome.end, End::RobotError(Code::ACTIVATION_FAILED));
+    assert_eq!(finished.outcome.end, End::SafetyStop(SafetySignals::E_STOP));
     assert_eq!(finished.outcome.step, None, "no line of the program is to blame");
 }
 

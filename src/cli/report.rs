@@ -214,6 +214,9 @@ impl Report {
                 stop: match outcome.stop {
                     Stop::NotNeeded => "not_needed",
                     Stop::Confirmed => "confirmed",
+                    Stop::Deactivated => "deactivated",
+                    Stop::NotActivated => "not_activated",
+                    Stop::LinkLost => "link_lost",
                     Stop::Unconfirmed => "unconfirmed",
                 },
                 message: sources.message.to_string(),
@@ -353,6 +356,7 @@ const fn end_name(end: &End) -> &'static str {
         End::Interrupted => "interrupted",
         End::RobotError(_) => "robot_error",
         End::SafetyStop(_) => "safety_stop",
+        End::LinkFailed(_) => "link_failed",
         End::ActionFailed(..) => "action_failed",
         End::VelocityStopped(_) => "velocity_stopped",
         End::HeldBack(_) => "held_back",

@@ -62,6 +62,14 @@ pub(super) fn outcome(outcome: &Outcome, file: &str, program: &Program) -> (Exit
     match outcome.stop {
         Stop::NotNeeded => {}
         Stop::Confirmed => message.push_str("\n  Motion was paused and cleared."),
+        Stop::Deactivated => message.push_str("\n  The robot was deactivated."),
+        Stop::NotActivated => {
+            message.push_str("\n  The robot is not activated; nothing had to be stopped.")
+        }
+        Stop::LinkLost => {
+            message.push_str("\n  ");
+            message.push_str(LOST_WHILE_STOPPING);
+        }
         Stop::Unconfirmed => {
             message.push_str("\n  ");
             message.push_str(&unconfirmed());
@@ -82,6 +90,7 @@ const fn exit_of(end: &End) -> Exit {
         | End::MonitoringOnly
         | End::Rebooted => Exit::Robot,
         End::ConnectionLost
+        | End::LinkFailed(_)
         | End::NotConnected
         | End::ImplausibleInputs
         | End::ByteOrderUndecidable
@@ -92,9 +101,12 @@ const fn exit_of(end: &End) -> Exit {
     }
 }
 
+const LOST_WHILE_STOPPING: &str = "The connection was lost before the robot confirmed that it had stopped. Look at the robot before \
+     going near it.";
+
 fn unconfirmed() -> String {
     format!(
-        "The robot did not confirm pause and clear within {} s; outputs are all zero. Look at the \
+        "The robot did not confirm within {} s that it had stopped; outputs are all zero. Look at the \
          robot before going near it.",
         STOP_LIMIT.as_secs()
     )
@@ -110,6 +122,15 @@ fn interrupted(stop: Stop, place: Option<String>) -> String {
             "interrupted{place}\n  Motion was paused and cleared, both confirmed by the robot; \
              outputs are all zero."
         ),
+        Stop::Deactivated => format!(
+            "interrupted{place}\n  The robot was being activated or homed and was deactivated, which \
+             it confirmed; outputs are all zero."
+        ),
+        Stop::NotActivated => format!(
+            "interrupted{place}\n  The robot was not activated, so nothing was moving; outputs are \
+             all zero."
+        ),
+        Stop::LinkLost => format!("interrupted{place}\n  {LOST_WHILE_STOPPING}"),
         Stop::Unconfirmed => format!("interrupted{place}\n  {}", unconfirmed()),
     }
 }
@@ -125,7 +146,10 @@ fn reason(end: End) -> (String, String) {
             "find out what triggered it, reset it at the robot, then run the program again.".into(),
         ),
         End::ActionFailed(action, fault) => {
-            let (why, remedy) = fault_text(fault);
+            let (why, remedy) = match fault {
+                Fault::WrongState => wrong_state(action),
+                fault => fault_text(fault),
+            };
             (format!("{} failed: {why}", action_name(action)), remedy)
         }
         End::VelocityStopped(VelocityStop::RobotState) => plain(
@@ -157,6 +181,11 @@ fn reason(end: End) -> (String, String) {
             "look at cable, power and controller; what was queued on the robot may still be \
              executed.",
         ),
+        End::LinkFailed(message) => (
+            format!("the link failed: {message}"),
+            "look at cable, power and controller; what was queued on the robot may still be executed."
+                .into(),
+        ),
         End::NotConnected => {
             plain("no connection: the robot sends no fresh inputs", "look at cable and power.")
         }
@@ -180,6 +209,25 @@ fn robot_error(code: Code) -> (String, String) {
     }
 }
 
+/// Which state an action needs that the robot was not in.
+fn wrong_state(action: Action) -> (String, String) {
+    let (what, remedy) = match action {
+        Action::Home => ("it needs an activated robot", "put ActivateRobot() before this line."),
+        Action::Resume | Action::Recover => {
+            ("it needs an activated robot", "put ActivateRobot() and Home() before this line.")
+        }
+        Action::BringUp => (
+            "the robot was deactivated meanwhile",
+            "find out what deactivated it, then run the program again.",
+        ),
+        Action::Simulation(_) | Action::Reboot | Action::ClearHoming | Action::Brakes { .. } => {
+            ("it needs a deactivated robot", "put DeactivateRobot() before this line.")
+        }
+        _ => return fault_text(Fault::WrongState),
+    };
+    (what.into(), remedy.into())
+}
+
 fn fault_text(fault: Fault) -> (String, String) {
     let (what, remedy) = match fault {
         Fault::RobotError(code) => return robot_error(code),
@@ -196,7 +244,7 @@ fn fault_text(fault: Fault) -> (String, String) {
             "release the emergency or protective stop and reset it at the robot.",
         ),
         Fault::WrongState => (
-            "the robot is not in the state that needs",
+            "the robot is not in the state that is needed",
             "look at the order of ActivateRobot, Home and DeactivateRobot in the program.",
         ),
         Fault::Superseded => ("another action took its place", ""),

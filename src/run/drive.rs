@@ -1,7 +1,7 @@
 //! One whole run: the loop, the engine, the program, and whoever watches.
 
 use super::observation::Observation;
-use super::outcome::{End, Outcome};
+use super::outcome::{End, LinkMessage, Outcome};
 use super::pace::Pace;
 use super::periodic::{Controller, CycleError, Periodic};
 use super::recording::{Recording, Sample};
@@ -69,21 +69,34 @@ pub trait Observer {
     fn progress(&mut self, progress: &Progress);
 }
 
-/// Runs a program to its end and leaves safe outputs behind.
+/// Runs a program to its end and leaves safe outputs behind. A link that fails is an outcome like any
+/// other; the safe outputs are still tried.
 ///
 /// # Errors
 ///
-/// The link failed for good, or it brings other images than those of a Meca500.
+/// The link brings other images than those of a Meca500.
 pub fn drive<L: CyclicLink, P: Pace, const QUEUE: usize>(
     periodic: &mut Periodic<L, P>,
     engine: &mut Engine<QUEUE>,
     runner: &mut Runner<'_>,
     recording: &mut Recording,
     observer: &mut impl Observer,
-) -> Result<Outcome, CycleError<L::Error>> {
+) -> Result<Outcome, CycleError<L::Error>>
+where
+    L::Error: core::fmt::Display,
+{
     let mut implausible = 0;
     let outcome = loop {
-        let turn = periodic.turn(engine)?;
+        let turn = match periodic.turn(engine) {
+            Ok(turn) => turn,
+            Err(CycleError::Link(error)) => {
+                break runner.link_failed(End::LinkFailed(LinkMessage::of(&error)));
+            }
+            Err(image) => {
+                let _ = periodic.release(RELEASE_CYCLES);
+                return Err(image);
+            }
+        };
         let since_begin = recording.cycle(turn.now);
         let step = (runner.phase() == Phase::Running).then(|| runner.current_step());
         let is_interrupted = observer.is_interrupted();
@@ -130,6 +143,11 @@ pub fn drive<L: CyclicLink, P: Pace, const QUEUE: usize>(
         }
     };
     recording.close();
-    periodic.release(RELEASE_CYCLES).map_err(CycleError::Link)?;
-    Ok(outcome)
+    match periodic.release(RELEASE_CYCLES) {
+        // The safe outputs did not leave: that is no good end, nor a clean interrupt.
+        Err(error) if matches!(outcome.end, End::Completed | End::Interrupted) => {
+            Ok(Outcome { end: End::LinkFailed(LinkMessage::of(&error)), ..outcome })
+        }
+        _ => Ok(outcome),
+    }
 }

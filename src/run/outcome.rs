@@ -1,5 +1,7 @@
 //! How a run can end.
 
+use core::fmt;
+
 use crate::engine::meca500::{Action, Fault, RequestError, SubmitError, VelocityStop, WaitReason};
 use crate::wire::meca500::code::Code;
 use crate::wire::meca500::image::SafetySignals;
@@ -26,6 +28,8 @@ pub enum End {
     RobotError(Code),
     /// A safety signal stopped the robot.
     SafetyStop(SafetySignals),
+    /// The link itself failed and cannot exchange images any more; what it said.
+    LinkFailed(LinkMessage),
     /// The robot did not confirm an action.
     ActionFailed(Action, Fault),
     /// The robot left velocity mode by itself.
@@ -60,6 +64,61 @@ pub enum Stop {
     NotNeeded,
     /// Paused and cleared, both confirmed by the robot.
     Confirmed,
+    /// An activation or homing was ended by deactivating the robot, which it confirmed.
+    Deactivated,
+    /// The robot was not activated: its brakes hold, and nothing was asked of it.
+    NotActivated,
+    /// The link was lost before the robot had confirmed it.
+    LinkLost,
     /// The robot did not confirm it in time.
     Unconfirmed,
+}
+
+/// What a link said when it failed, cut off after 120 bytes: an outcome takes no memory.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub struct LinkMessage {
+    bytes: [u8; 120],
+    len: usize,
+}
+
+impl LinkMessage {
+    /// The message of `error`.
+    #[must_use]
+    pub fn of(error: &impl fmt::Display) -> Self {
+        let mut message = Self { bytes: [0; 120], len: 0 };
+        // Its only error is that there is no more room.
+        let _ = fmt::write(&mut message, format_args!("{error}"));
+        message
+    }
+
+    /// The message.
+    #[must_use]
+    pub fn as_str(&self) -> &str {
+        let bytes = self.bytes.get(..self.len).unwrap_or_default();
+        core::str::from_utf8(bytes).unwrap_or_default()
+    }
+}
+
+impl fmt::Write for LinkMessage {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        for character in text.chars() {
+            let end = self.len + character.len_utf8();
+            let place = self.bytes.get_mut(self.len..end).ok_or(fmt::Error)?;
+            character.encode_utf8(place);
+            self.len = end;
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Debug for LinkMessage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Debug::fmt(self.as_str(), f)
+    }
+}
+
+impl fmt::Display for LinkMessage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.as_str())
+    }
 }

@@ -6,8 +6,12 @@
 //!                          |  ^-----done------'          ^-------------------------'
 //!                          |all steps ended
 //!                          v            interrupt, refusal, fault
-//!                      Completed        any stage ---------------> Stopping (pause, clear) --> end
+//!                      Completed        any stage ---------------> Stopping --> end
 //! ```
+//!
+//! Stopping is pausing and clearing where the robot is ready for motion, and deactivation where it is
+//! being activated or homed: a pause does not end a homing. Nothing is asked of a robot that is not
+//! activated, or that an error or a safety signal has stopped.
 //!
 //! * **Commands** stream ahead: they are submitted as fast as the engine has room.
 //! * **PauseMotion, ClearMotion, ResumeMotion, ResetError** act when the robot has *accepted* every
@@ -27,14 +31,18 @@ use super::outcome::{End, Outcome, Stop};
 use super::program::Program;
 use super::record::{Counts, Ledger, StepEnd, StepRecord};
 use super::statistics::Distribution;
-use crate::engine::meca500::{Action, Engine, Event, Fault, SubmitError, Ticket, WaitReason};
+use crate::engine::meca500::{
+    Action, ConnectionPhase, Engine, Event, Fault, RequestError, SubmitError, Ticket, WaitReason,
+};
 use crate::time::{Duration, Instant};
+use crate::wire::meca500::code::Code;
 use crate::wire::meca500::command::{MotionCommand, VelocityCommand};
+use crate::wire::meca500::image::{MotionStatusFlags, RobotStatusFlags};
 use crate::wire::meca500::text::Statement;
 
 /// Time for a connection to be made. Longer than the engine's own limit for the byte order.
 const CONNECT_LIMIT: Duration = Duration::from_secs(10);
-/// Time for pausing and clearing together, after which outputs go safe all the same.
+/// Time for stopping the robot, after which outputs go safe all the same.
 pub const STOP_LIMIT: Duration = Duration::from_secs(2);
 /// Time after which commands that the robot's state holds back end the run.
 const HELD_BACK_LIMIT: Duration = Duration::from_secs(2);
@@ -235,7 +243,20 @@ impl<'p> Runner<'p> {
             Event::RobotError { code } if self.is_streaming() => {
                 self.trouble(End::RobotError(code));
             }
-            Event::SafetyStop { signals } if self.is_streaming() => {
+            Event::RobotError { code } if self.is_acting() => {
+                // A failed activation or homing is told before the signal that made it fail.
+                let status = engine.status();
+                self.trouble(if status.blocking_stops.is_empty() {
+                    End::RobotError(code)
+                } else {
+                    End::SafetyStop(status.stops)
+                });
+            }
+            Event::SafetyStop { signals }
+                if self.is_streaming()
+                    // What can be reset is what bringing up and resuming are for.
+                    || self.is_acting() && !engine.status().blocking_stops.is_empty() =>
+            {
                 self.trouble(End::SafetyStop(signals));
             }
             Event::VelocityStopped(stop) => {
@@ -244,9 +265,12 @@ impl<'p> Runner<'p> {
                 }
             }
             Event::MonitoringOnly => self.trouble(End::MonitoringOnly),
-            Event::ConnectionLost { .. } if !self.is_rebooting() => {
-                self.trouble(End::ConnectionLost);
-            }
+            Event::ConnectionLost { .. } if !self.is_rebooting() => match self.stage {
+                Stage::Stopping { outcome, .. } => {
+                    self.stage = Stage::Ended(Outcome { stop: Stop::LinkLost, ..outcome });
+                }
+                _ => self.trouble(End::ConnectionLost),
+            },
             Event::RobotRebooted if !self.is_rebooting() => self.trouble(End::Rebooted),
             Event::Fault(Fault::ByteOrderUndecidable) => self.trouble(End::ByteOrderUndecidable),
             Event::Fault(fault) => self.trouble(End::Fault(fault)),
@@ -264,6 +288,11 @@ impl<'p> Runner<'p> {
     const fn is_streaming(&self) -> bool {
         matches!(self.stage, Stage::Streaming | Stage::Holding { .. } | Stage::Fencing { .. })
             && self.ledger.counts().submitted > 0
+    }
+
+    /// Whether an action other than a reboot, after which everything is new, is under way.
+    const fn is_acting(&self) -> bool {
+        matches!(self.stage, Stage::Acting { .. }) && !self.is_rebooting()
     }
 
     const fn is_rebooting(&self) -> bool {
@@ -306,40 +335,76 @@ impl<'p> Runner<'p> {
         }
     }
 
-    /// Stops motion where that is needed, then ends the run.
+    /// Ends the run, after stopping what the robot does or may be about to do: its state decides how,
+    /// whatever the reason is.
     fn stop<const QUEUE: usize>(&mut self, engine: &mut Engine<QUEUE>, end: End, now: Instant) {
         engine.stop_velocity();
-        let can_not_or_need_not = matches!(
-            end,
-            End::Completed
-                | End::RobotError(_)
-                | End::SafetyStop(_)
-                | End::MonitoringOnly
-                | End::Rebooted
-                | End::ConnectionLost
-                | End::NotConnected
-                | End::ImplausibleInputs
-                | End::ByteOrderUndecidable
-        );
-        if can_not_or_need_not || matches!(self.stage, Stage::Connecting { .. }) {
-            return self.finish(end, Stop::NotNeeded);
-        }
-        let outcome = self.outcome(end, Stop::Unconfirmed);
-        self.stage = match engine.request(Action::Pause) {
-            Ok(()) => Stage::Stopping { outcome, since: now, action: Action::Pause },
-            Err(_) => Self::clear(engine, outcome, now),
+        let action = match self.way_to_stop(engine, end) {
+            Ok(action) => action,
+            Err(stop) => return self.finish(end, stop),
         };
+        let outcome = self.outcome(end, Stop::Unconfirmed);
+        self.stage = Self::stop_by(engine, action, outcome, now);
     }
 
-    fn clear<const QUEUE: usize>(
+    /// The first action that stops the robot, or why there is nothing to stop.
+    fn way_to_stop<const QUEUE: usize>(
+        &self,
+        engine: &Engine<QUEUE>,
+        end: End,
+    ) -> Result<Action, Stop> {
+        let status = engine.status();
+        if end == End::Completed || status.phase != ConnectionPhase::Connected {
+            return Err(Stop::NotNeeded);
+        }
+        let is_activated = status.robot.contains(RobotStatusFlags::ACTIVATED);
+        let is_busy = status.robot.contains(RobotStatusFlags::BUSY);
+        let is_homed = status.robot.contains(RobotStatusFlags::HOMED);
+        // The bit of an activation or a homing may be on its way to a robot that does not show it yet.
+        let is_readying = matches!(
+            self.stage,
+            Stage::Acting {
+                action: Action::BringUp | Action::Activate | Action::Home | Action::Deactivate,
+                ..
+            }
+        ) && !(is_activated && is_homed);
+        if is_busy || is_readying {
+            // Pausing does not end a homing.
+            return Ok(Action::Deactivate);
+        }
+        if !is_activated {
+            return Err(Stop::NotActivated);
+        }
+        // An error or a safety signal has stopped the robot if it says so; a mere refusal has not.
+        let has_tripped = status.error != Code(0) || !status.stops.is_empty();
+        if has_tripped && status.motion.contains(MotionStatusFlags::PAUSED) {
+            return Err(Stop::NotNeeded);
+        }
+        Ok(Action::Pause)
+    }
+
+    /// Asks for `action` as a step of the stop; one of its kind that is pending will do.
+    fn stop_by<const QUEUE: usize>(
         engine: &mut Engine<QUEUE>,
+        action: Action,
         outcome: Outcome,
         since: Instant,
     ) -> Stage {
-        match engine.request(Action::Clear) {
-            Ok(()) => Stage::Stopping { outcome, since, action: Action::Clear },
-            Err(_) => Stage::Ended(outcome),
+        match engine.request(action) {
+            Ok(()) | Err(RequestError::Pending) => Stage::Stopping { outcome, since, action },
+            Err(_) => Stage::Ended(Outcome { stop: Stop::LinkLost, ..outcome }),
         }
+    }
+
+    /// The outcome of a run whose link failed: nothing can be asked of the robot any more.
+    pub(super) fn link_failed(&mut self, end: End) -> Outcome {
+        let outcome = match self.stage {
+            Stage::Ended(outcome) => outcome,
+            Stage::Stopping { outcome, .. } => Outcome { stop: Stop::LinkLost, ..outcome },
+            _ => self.outcome(end, Stop::NotNeeded),
+        };
+        self.stage = Stage::Ended(outcome);
+        outcome
     }
 
     fn finish(&mut self, end: End, stop: Stop) {
@@ -357,6 +422,17 @@ impl<'p> Runner<'p> {
         Outcome { end, step, stop }
     }
 
+    fn end_of<const QUEUE: usize>(engine: &Engine<QUEUE>, action: Action, fault: Fault) -> End {
+        let stops = engine.status().stops;
+        match fault {
+            Fault::RobotError(code) => End::RobotError(code),
+            Fault::LinkLost => End::ConnectionLost,
+            Fault::RobotRebooted => End::Rebooted,
+            Fault::SafetyStopPresent if !stops.is_empty() => End::SafetyStop(stops),
+            fault => End::ActionFailed(action, fault),
+        }
+    }
+
     fn action_ended<const QUEUE: usize>(
         &mut self,
         engine: &mut Engine<QUEUE>,
@@ -365,16 +441,32 @@ impl<'p> Runner<'p> {
         now: Instant,
     ) {
         match self.stage {
-            Stage::Stopping { outcome, since, action: Action::Pause } if ended == Action::Pause => {
-                self.stage = Self::clear(engine, outcome, since);
+            Stage::Stopping { outcome, .. }
+                if matches!(fault, Some(Fault::LinkLost | Fault::RobotRebooted)) =>
+            {
+                self.stage = Stage::Ended(Outcome { stop: Stop::LinkLost, ..outcome });
             }
-            Stage::Stopping { outcome, action: Action::Clear, .. } if ended == Action::Clear => {
-                let stop = if fault.is_none() { Stop::Confirmed } else { Stop::Unconfirmed };
+            // Not paused is one more reason to clear.
+            Stage::Stopping { outcome, since, action: Action::Pause } if ended == Action::Pause => {
+                self.stage = Self::stop_by(engine, Action::Clear, outcome, since);
+            }
+            Stage::Stopping { outcome, action, .. } if ended == action => {
+                let stop = match (fault, action) {
+                    (Some(_), _) => Stop::Unconfirmed,
+                    (None, Action::Deactivate) => Stop::Deactivated,
+                    (None, _) => Stop::Confirmed,
+                };
                 self.stage = Stage::Ended(Outcome { stop, ..outcome });
             }
             Stage::Acting { action, then, step } if ended == action => match (fault, then) {
-                (Some(Fault::RobotError(code)), _) => self.stop(engine, End::RobotError(code), now),
-                (Some(fault), _) => self.stop(engine, End::ActionFailed(action, fault), now),
+                (Some(fault), _) => {
+                    // What came first is the cause, and the failure what followed.
+                    let end = match self.trouble {
+                        Some((end, _)) => end,
+                        None => Self::end_of(engine, action, fault),
+                    };
+                    self.stop(engine, end, now);
+                }
                 (None, Some(then)) => self.act(engine, then, None, step, now),
                 (None, None) => {
                     match step {
@@ -385,7 +477,10 @@ impl<'p> Runner<'p> {
                         }
                         None => self.is_brought_up = true,
                     }
-                    self.stage = Stage::Streaming;
+                    self.stage = match action {
+                        Action::Reboot => Stage::Connecting { since: None },
+                        _ => Stage::Streaming,
+                    };
                 }
             },
             _ => {}

@@ -3,7 +3,9 @@
 
 use fieldarm::engine::meca500::{AbortReason, Action, Event};
 use fieldarm::sim::fault::{Fault, FaultPlan};
+use fieldarm::sim::meca500::readings::TimestampAfterBoot;
 use fieldarm::sim::meca500::{Readings, RobotSettings};
+use fieldarm::time::Duration;
 use fieldarm::wire::meca500::command::MotionCommand;
 use fieldarm::wire::meca500::image::FirmwareLayout;
 
@@ -102,6 +104,31 @@ fn a_reboot_in_the_middle_of_a_program_aborts_it_and_nothing_runs_twice() {
         let next = cell.submit(numbered(1000)).unwrap();
         cell.finish(2_000);
         assert_eq!(cell.state(next).end, Some(End::Done));
+    }
+}
+
+#[test]
+fn a_reboot_that_was_asked_for_is_confirmed_however_long_it_takes() {
+    for timestamp_after_boot in [TimestampAfterBoot::Restarts, TimestampAfterBoot::Continues] {
+        for (boot_ms, cycles_before) in [(5_000, 0), (5_000, 9_000), (100, 0), (100, 3_000)] {
+            let readings = Readings { timestamp_after_boot, ..Readings::default() };
+            let mut robot = RobotSettings { readings, ..quick_robot() };
+            robot.times.boot = Duration::from_millis(boot_ms);
+            let mut cell = Cell::new(Setup { robot, ..Setup::default() });
+            connect(&mut cell);
+            cell.steps(cycles_before);
+            let before = cell.cycles;
+            act(&mut cell, Action::Reboot);
+            assert!(cell.cycles - before >= boot_ms, "done before the robot was back");
+            assert!(cell.saw(|event| matches!(event, Event::RobotRebooted)));
+            connect(&mut cell);
+            cell.robot().panel().press_reset();
+            cell.steps(20);
+            act(&mut cell, Action::BringUp);
+            let next = cell.submit(numbered(1)).unwrap();
+            cell.finish(2_000);
+            assert_eq!(cell.state(next).end, Some(End::Done));
+        }
     }
 }
 

@@ -1,8 +1,8 @@
 //! Actions: what a caller asks of the robot's state, and the lane they are done in.
 //!
-//! Pause and clear act at once, each in its own right. Everything else is done one after another in
-//! the order it was asked for; deactivation drops what is before it. The steps themselves are in
-//! `bits.rs`.
+//! Pause and clear act at once, each in its own right, and drop what could still power or move the
+//! robot. Everything else is done one after another in the order it was asked for; deactivation drops
+//! all that is before it. The steps themselves are in `bits.rs`.
 //!
 //! ```text
 //! request -> queue -> running: step 1 .. step n -> result -> ActionDone / ActionFailed
@@ -14,12 +14,14 @@
 
 use super::Engine;
 use super::bits::{Running, Stage, Step};
+use super::connection::Phase;
 use super::event::{AbortReason, Event, Events, Fault, VelocityStop};
 use super::inputs::Inputs;
 use super::ring::Ring;
 use super::ticket::RequestError;
 use crate::time::{Duration, Instant};
 use crate::wire::meca500::command::MotionCommandId;
+use crate::wire::meca500::image::SafetySignals;
 
 /// Something the robot's state shall become.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,10 +36,12 @@ pub enum Action {
     ResetError,
     /// Resume motion, after clearing what an error may have left. Confirmed by Paused 0.
     Resume,
-    /// Pause motion at once and keep the queue; PauseMotion stays set until the next resume.
-    /// Confirmed by Paused.
+    /// Pause motion at once and keep the queue; PauseMotion stays set until the next resume. An
+    /// activation, homing, resume, bring-up or recovery asked for before is superseded; a homing that
+    /// goes on in the robot is only ended by [`Deactivate`](Self::Deactivate). Confirmed by Paused.
     Pause,
-    /// Stop at once and empty the queue; what waits in the engine is dropped. Confirmed by Cleared.
+    /// Stop at once and empty the queue; what waits in the engine is dropped, and the same actions are
+    /// superseded as by [`Pause`](Self::Pause). Confirmed by Cleared.
     Clear,
     /// Simulation on or off, while deactivated. Confirmed by SimActivated.
     Simulation(bool),
@@ -52,7 +56,8 @@ pub enum Action {
     /// Sets the robot's clock to this UNIX time, in seconds. The robot does not confirm it: done means
     /// that it was shown for the configured number of cycles.
     HostTime(u32),
-    /// Reboot a deactivated robot. Confirmed by its clock going back.
+    /// Reboot a deactivated robot. Confirmed by its clock going back, or by the loss of the connection
+    /// and a robot behind it that is as after power-up: deactivated, not homed, MoveID 0.
     Reboot,
     /// Forget the homing, while deactivated. Confirmed by the echo.
     ClearHoming,
@@ -84,6 +89,11 @@ impl Action {
             Self::Recover => 14,
             Self::DisableEtherCat => 15,
         }
+    }
+
+    /// Whether it could power or move the robot, so that a stop goes before it.
+    const fn moves(self) -> bool {
+        matches!(self, Self::BringUp | Self::Activate | Self::Home | Self::Resume | Self::Recover)
     }
 
     /// The step at `index`.
@@ -294,7 +304,7 @@ impl Actions {
 
     fn end_all(&mut self, fault: Fault) {
         match self.running {
-            Some(Running { action: Action::Reboot, .. }) => {}
+            Some(Running { step: Step::AwaitReboot, .. }) => {}
             Some(Running { action: action @ Action::DisableEtherCat, stage, .. }) => {
                 let left = fault == Fault::LinkLost && stage != Stage::Start;
                 self.running = None;
@@ -388,7 +398,7 @@ impl<const QUEUE: usize> Engine<QUEUE> {
     fn start_pause(&mut self) {
         self.actions.pause = true;
         self.actions.pausing = Some(self.now + self.config.limits.pause);
-        self.supersede_resume();
+        self.supersede_moving();
         self.end_velocity(VelocityStop::RobotState);
     }
 
@@ -403,23 +413,54 @@ impl<const QUEUE: usize> Engine<QUEUE> {
             self.actions.clearing = Some(clearing);
         }
         if for_action {
-            self.supersede_resume();
+            self.supersede_moving();
             self.end_velocity(VelocityStop::RobotState);
             self.drop_waiting(self.waiting_motion_live(), AbortReason::Cleared);
         }
         self.withdraw_motion(AbortReason::Cleared);
     }
 
-    /// A stop goes before a resume that is under way.
-    fn supersede_resume(&mut self) {
-        let resumes =
-            |action: Action| matches!(action, Action::Resume | Action::Recover | Action::BringUp);
-        if let Some(running) = self.actions.running
-            && resumes(running.action)
-            && matches!(running.step, Step::Resume { .. })
-        {
+    /// A stop goes before everything under way or queued that could power or move the robot.
+    fn supersede_moving(&mut self) {
+        if self.actions.running.is_some_and(|running| running.action.moves()) {
             self.end_running(Some(Fault::Superseded));
         }
+        for _ in 0..self.actions.queue.len() {
+            match self.actions.queue.pop() {
+                Some(action) if action.moves() => {
+                    self.actions.end(action, Some(Fault::Superseded));
+                }
+                Some(action) => {
+                    self.actions.queue.push(action);
+                }
+                None => {}
+            }
+        }
+    }
+
+    /// A robot that was told to reboot leaves the bus, often before it acknowledges: what is waited
+    /// for then is its return.
+    pub(super) fn await_reboot(&mut self) {
+        if let Some(running) = &mut self.actions.running
+            && running.step == Step::Send(Internal::Reboot)
+            && matches!(self.actions.errand, Some(Errand::Sent | Errand::Acknowledged))
+        {
+            self.actions.errand = None;
+            running.index = running.index.saturating_add(1);
+            running.step = Step::AwaitReboot;
+            running.stage = Stage::Held { fresh: 0, resets: SafetySignals::empty() };
+            running.deadline = self.now + self.config.limits.reboot;
+        }
+    }
+
+    /// Whether the robot that was told to reboot is back as after power-up. Its clock need not tell:
+    /// it may go on, or be ahead of what it was already.
+    pub(super) fn came_back_from_reboot(&self, inputs: &Inputs) -> bool {
+        self.phase == Phase::Offline
+            && self.actions.running.is_some_and(|running| running.step == Step::AwaitReboot)
+            && !inputs.activated()
+            && !inputs.homed()
+            && inputs.move_id == 0
     }
 
     fn supersede_all(&mut self) {

@@ -122,6 +122,10 @@ impl Step {
     fn impossible(self, inputs: &Inputs) -> Option<Fault> {
         let deactivated = !inputs.activated() && !inputs.busy();
         match self {
+            // The E-Stop cuts the motors, a P-Stop 2 ends the homing: waiting leads nowhere.
+            Self::Activate | Self::Home { .. } if !inputs.blocking_stops().is_empty() => {
+                Some(Fault::SafetyStopPresent)
+            }
             Self::Home { .. } if !inputs.activated() => Some(Fault::WrongState),
             Self::Resume { .. } if inputs.error_code != 0 => {
                 Some(Fault::RobotError(Code(inputs.error_code)))
@@ -252,6 +256,8 @@ impl<const QUEUE: usize> Engine<QUEUE> {
                             && self.purge == Purge::No
                             && !self.actions.pause
                     }
+                    // An ActivateRobot that is just withdrawn may still be on its way.
+                    Step::Deactivate if self.actions.triggers_low < self.edge_low() => false,
                     _ => step.confirmed(inputs) && self.level_agrees(step),
                 };
                 let impossible = step.impossible(inputs);
@@ -271,6 +277,13 @@ impl<const QUEUE: usize> Engine<QUEUE> {
             Stage::Held { fresh, resets } => {
                 let fresh = fresh.saturating_add(1);
                 let held = Stage::Held { fresh, resets };
+                let ready = step.confirmed(inputs);
+                if matches!(step, Step::Activate | Step::Home { .. })
+                    && !ready
+                    && !inputs.blocking_stops().is_empty()
+                {
+                    return Progress::Failed(Fault::SafetyStopPresent);
+                }
                 let new_error = inputs.error_code != 0 && inputs.error_code != running.error_before;
                 if new_error && step != Step::ResetError {
                     return Progress::Failed(Fault::RobotError(Code(inputs.error_code)));
@@ -295,7 +308,7 @@ impl<const QUEUE: usize> Engine<QUEUE> {
                         }
                         _ => Progress::Pending(held),
                     },
-                    _ if step.confirmed(inputs) => Progress::Done,
+                    _ if ready => Progress::Done,
                     _ => Progress::Pending(held),
                 }
             }
@@ -333,8 +346,12 @@ impl<const QUEUE: usize> Engine<QUEUE> {
         }
     }
 
+    fn edge_low(&self) -> u16 {
+        self.config.edge_low_cycles.max(1)
+    }
+
     fn may_begin(&mut self, step: Step, inputs: &Inputs) -> bool {
-        let low = self.config.edge_low_cycles.max(1);
+        let low = self.edge_low();
         if let Step::Resume { .. } = step {
             self.outputs.motion.remove(MotionControlFlags::RESUME_MOTION);
             self.actions.pause = false;
@@ -355,7 +372,12 @@ impl<const QUEUE: usize> Engine<QUEUE> {
                 && self.actions.triggers_low >= low
                 && self.actions.stops_low >= low;
         }
-        let waits_for_rest = matches!(step, Step::Activate | Step::Home { .. });
+        let waits_for_rest = match step {
+            Step::Activate | Step::Home { .. } => true,
+            // Homing is cut short. An activation may not be: its bit would be spent on nothing.
+            Step::Deactivate => !inputs.activated(),
+            _ => false,
+        };
         let triggers = step.trigger().intersects(TRIGGERS);
         (!triggers || self.actions.triggers_low >= low) && !(waits_for_rest && inputs.busy())
     }

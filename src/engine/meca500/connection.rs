@@ -88,7 +88,11 @@ impl<const QUEUE: usize> Engine<QUEUE> {
                 return false;
             }
             ClockVerdict::WentBack => self.rebooted(),
-            ClockVerdict::Steady if self.fell_back_to_power_up(inputs) => self.rebooted(),
+            ClockVerdict::Steady
+                if self.fell_back_to_power_up(inputs) || self.came_back_from_reboot(inputs) =>
+            {
+                self.rebooted();
+            }
             ClockVerdict::Steady => {}
         }
         true
@@ -288,6 +292,7 @@ impl<const QUEUE: usize> Engine<QUEUE> {
         self.halted = None;
         self.close_port();
         self.outputs = Outputs::default();
+        self.await_reboot();
         self.actions.link_lost();
     }
 

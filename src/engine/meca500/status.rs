@@ -76,6 +76,8 @@ pub struct Status {
     pub error: Code,
     /// Safety signals that are 1, the deprecated bits included.
     pub stops: SafetySignals,
+    /// Those of them that ResumeMotion cannot reset now.
+    pub blocking_stops: SafetySignals,
     /// FifoSpace.
     pub fifo_space: u16,
     /// The robot's echo of MoveID.
@@ -115,6 +117,7 @@ impl<const QUEUE: usize> Engine<QUEUE> {
             motion: inputs.motion,
             error: Code(inputs.error_code),
             stops: inputs.stops,
+            blocking_stops: inputs.blocking_stops(),
             fifo_space: inputs.fifo_space,
             move_id: inputs.move_id,
             checkpoint_reached: inputs.reached,
