@@ -3,9 +3,11 @@
 #[path = "support/scripted_robot.rs"]
 mod scripted_robot;
 
+use fieldarm::cycle::InputQuality;
 use fieldarm::engine::meca500::{
     AbortReason, Action, Config, Event, Fault, RequestError, WaitReason,
 };
+use fieldarm::time::Duration;
 use fieldarm::wire::meca500::code::Code;
 use fieldarm::wire::meca500::image::{
     BrakesControlFlags, MotionControlFlags, RobotControlFlags, SafetyResettable, SafetySignals,
@@ -69,7 +71,12 @@ fn a_time_limit_fails_the_action_and_takes_the_bit_back() {
         assert!(failed(&bench, action, Fault::Timeout), "{action:?}: {:?}", bench.events);
         bench.step();
         assert!(robot_bits(&bench).is_empty(), "{action:?}");
-        assert!(motion_bits(&bench).difference(MotionControlFlags::SET_POINT).is_empty());
+        // A pause that nobody confirmed is still wanted; every other bit is taken back.
+        let wanted = match action {
+            Action::Pause => MotionControlFlags::PAUSE_MOTION,
+            _ => MotionControlFlags::empty(),
+        };
+        assert_eq!(motion_bits(&bench).difference(MotionControlFlags::SET_POINT), wanted);
         bench.robot.ignores_actions = false;
         assert!(bench.act(action, 100), "{action:?} can be asked for again");
     }
@@ -393,4 +400,31 @@ fn a_bring_up_fails_at_once_over_a_signal_it_cannot_reset() {
         assert!(failed(&bench, Action::BringUp, Fault::SafetyStopPresent), "after {cycles}");
         assert!(robot_bits(&bench).is_empty());
     }
+}
+
+#[test]
+fn a_time_limit_counts_from_the_cycle_that_shows_the_bit() {
+    for (action, bit) in [
+        (Action::Pause, MotionControlFlags::PAUSE_MOTION),
+        (Action::Clear, MotionControlFlags::CLEAR_MOTION),
+    ] {
+        let mut bench = Bench::connected_to(Config::default(), Robot::ready());
+        bench.engine.request(action).unwrap();
+        bench.now += Duration::from_secs(10);
+        bench.step();
+        assert!(motion_bits(&bench).contains(bit), "{action:?} is shown however late the cycle");
+        assert!(!failed(&bench, action, Fault::Timeout));
+    }
+}
+
+#[test]
+fn levels_of_before_a_lost_link_do_not_come_back_by_themselves() {
+    let mut bench = Bench::connected_to(Config::default(), Robot::ready());
+    assert!(bench.act(Action::RecoveryMode(true), 100));
+    bench.quality = InputQuality::Lost;
+    bench.steps(50);
+    bench.robot.recovery = false;
+    bench.quality = InputQuality::Fresh;
+    bench.steps(100);
+    assert!(!robot_bits(&bench).contains(RobotControlFlags::ENABLE_RECOVERY_MODE));
 }

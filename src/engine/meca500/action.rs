@@ -156,6 +156,26 @@ pub(super) enum Errand {
     Refused,
 }
 
+/// The end of a time limit, which counts from the first cycle after the request: however long the
+/// caller takes to call the next one, the robot was shown the bit.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Deadline {
+    NotBegun,
+    At(Instant),
+}
+
+impl Deadline {
+    fn passed(&mut self, now: Instant, limit: Duration) -> bool {
+        match *self {
+            Self::NotBegun => {
+                *self = Self::At(now + limit);
+                false
+            }
+            Self::At(deadline) => now >= deadline,
+        }
+    }
+}
+
 /// The clearing of the queue.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Clearing {
@@ -163,7 +183,7 @@ pub(super) struct Clearing {
     /// Cycles ClearMotion is set, or 0 between two pulses.
     pub(super) raised: bool,
     pub(super) fresh: u16,
-    pub(super) deadline: Instant,
+    pub(super) deadline: Deadline,
 }
 
 /// `repr(C)`: what every cycle looks at comes first, behind the engine's own hot fields.
@@ -175,7 +195,7 @@ pub(super) struct Actions {
     pending: u32,
     /// PauseMotion as commanded.
     pub(super) pause: bool,
-    pub(super) pausing: Option<Instant>,
+    pub(super) pausing: Option<Deadline>,
     pub(super) clearing: Option<Clearing>,
     pub(super) simulation: Option<bool>,
     pub(super) recovery: Option<bool>,
@@ -289,6 +309,9 @@ impl Actions {
     /// The connection is gone: only a reboot is still waited for.
     pub(super) fn link_lost(&mut self) {
         self.end_all(Fault::LinkLost);
+        // What the robot shows next time counts, not what was commanded before.
+        self.simulation = None;
+        self.recovery = None;
     }
 
     /// The robot rebooted: its levels are those of power-up.
@@ -397,14 +420,14 @@ impl<const QUEUE: usize> Engine<QUEUE> {
 
     fn start_pause(&mut self) {
         self.actions.pause = true;
-        self.actions.pausing = Some(self.now + self.config.limits.pause);
+        self.actions.pausing = Some(Deadline::NotBegun);
         self.supersede_moving();
         self.end_velocity(VelocityStop::RobotState);
     }
 
     /// Clears the robot's queue; for the caller, or before motion resumes.
     pub(super) fn start_clear(&mut self, for_action: bool) {
-        let deadline = self.now + self.config.limits.clear;
+        let deadline = Deadline::NotBegun;
         if let Some(clearing) = &mut self.actions.clearing {
             clearing.for_action |= for_action;
             clearing.deadline = deadline;
@@ -529,13 +552,15 @@ impl<const QUEUE: usize> Engine<QUEUE> {
             let fault = if waits_for_signal { Fault::SafetyStopPresent } else { Fault::Timeout };
             self.end_running(Some(fault));
         }
-        if self.actions.pausing.is_some_and(|deadline| self.now >= deadline) {
+        let (now, limits) = (self.now, self.config.limits);
+        let pausing = self.actions.pausing.as_mut();
+        if pausing.is_some_and(|deadline| deadline.passed(now, limits.pause)) {
+            // The bit stays: a stop that nobody confirmed is still wanted.
             self.actions.pausing = None;
-            self.actions.pause = false;
             self.actions.end(Action::Pause, Some(Fault::Timeout));
-            self.lower_pause();
         }
-        if self.actions.clearing.is_some_and(|clearing| self.now >= clearing.deadline) {
+        let clearing = self.actions.clearing.as_mut();
+        if clearing.is_some_and(|clearing| clearing.deadline.passed(now, limits.clear)) {
             let for_action =
                 self.actions.clearing.take().is_some_and(|clearing| clearing.for_action);
             self.lower_clear();

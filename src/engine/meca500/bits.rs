@@ -106,7 +106,8 @@ impl Step {
             Self::ResetError => inputs.error_code == 0,
             Self::ResetStops => {
                 let up = inputs.activated() && (inputs.homed() || inputs.recovery());
-                up || inputs.resettable_stops().is_empty()
+                let in_vain = !inputs.blocking_stops().is_empty();
+                up || in_vain || inputs.resettable_stops().is_empty()
             }
             Self::Resume { .. } => !inputs.paused(),
             Self::Simulation(on) => inputs.robot.contains(RobotStatusFlags::SIM_ACTIVATED) == on,
@@ -177,7 +178,8 @@ impl Actions {
 impl<const QUEUE: usize> Engine<QUEUE> {
     /// One fresh cycle of every action.
     pub(super) fn drive_actions(&mut self, inputs: &Inputs) {
-        if !self.actions.is_acting() {
+        // A clear may outlast the resume it was for.
+        if !self.actions.is_acting() && !self.actions.is_clearing() {
             return;
         }
         if self.actions.pausing.is_some() && inputs.paused() && self.pause_was_shown() {
@@ -418,10 +420,6 @@ impl<const QUEUE: usize> Engine<QUEUE> {
             Step::Brakes(engaged) if failed || engaged => self.actions.brakes = None,
             _ => {}
         }
-    }
-
-    pub(super) fn lower_pause(&mut self) {
-        self.outputs.motion.remove(MotionControlFlags::PAUSE_MOTION);
     }
 
     pub(super) fn lower_clear(&mut self) {
