@@ -271,6 +271,31 @@ fn an_error_clears_the_queue_and_refuses_until_reset_and_resume() {
 }
 
 #[test]
+fn what_any_state_allows_is_taken_or_refused_in_error_mode() {
+    for (reading, taken) in
+        [(AnyStateInErrorMode::Taken, true), (AnyStateInErrorMode::Refused, false)]
+    {
+        let mut cell =
+            Cell::ready_with(|settings| settings.readings.any_state_in_error_mode = reading);
+        cell.robot.create_variable(10_000, &[1.0]).expect("free");
+        cell.sent(1, &[200.0]);
+        cell.until("the error", |cell| cell.error() == 1007);
+        cell.events();
+        cell.sent(48, &[50.0]);
+        cell.sent(10_000, &[7.0]);
+        let refusals =
+            cell.events().iter().filter(|e| **e == RobotEvent::Refused(Code::IN_ERROR)).count();
+        assert_eq!(refusals, if taken { 0 } else { 2 });
+        assert_eq!(cell.read(54)[0], if taken { 50.0 } else { 100.0 });
+        assert_eq!(cell.robot.variable(10_000), Some(&[if taken { 7.0 } else { 1.0 }][..]));
+        assert_eq!(cell.error(), 1007, "the error stays the first one");
+        cell.reset_error();
+        cell.sent(48, &[25.0]);
+        assert_eq!(cell.read(54)[0], 25.0);
+    }
+}
+
+#[test]
 fn an_error_while_paused_clears_the_motion() {
     let mut cell = Cell::ready();
     cell.sent(1, &[60.0]);

@@ -202,6 +202,32 @@ fn missing_and_invalid_programs_have_their_codes() {
 }
 
 #[test]
+fn the_start_button_repeats_program_1_when_it_shall_loop_and_start_program_does_not() {
+    for loops in [false, true] {
+        let mut cell = cell_with(|_| {});
+        cell.robot.persistent_mut().offline_program_loop = loops;
+        cell.robot.save_program(1, program()).expect("a good number");
+        let runs = |cell: &mut Cell| {
+            cell.cycles(5_000);
+            let started = |event: &RobotEvent| *event == RobotEvent::ProgramStarted(1);
+            cell.events().iter().filter(|event| started(event)).count()
+        };
+        cell.sent(100, &[1.0]);
+        assert_eq!(runs(&mut cell), 1, "StartProgram executes it once");
+        assert_eq!(cell.robot.panel().press_start(), Ok(()));
+        let many = runs(&mut cell);
+        assert_eq!(many > 10, loops, "{many}");
+        assert!(many > 0);
+        cell.motion(MotionControlFlags::CLEAR_MOTION, true);
+        cell.cycles(100);
+        cell.motion(MotionControlFlags::CLEAR_MOTION, false);
+        cell.resume();
+        cell.events();
+        assert_eq!(runs(&mut cell), 0, "clearing ends the repetition");
+    }
+}
+
+#[test]
 fn clearing_ends_a_program() {
     let mut cell = cell_with(|_| {});
     cell.robot.save_program(12, program()).expect("a good number");
