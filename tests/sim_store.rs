@@ -37,7 +37,21 @@ fn variables_are_set_by_their_id_and_read_as_dynamic_types() {
 }
 
 #[test]
-fn variables_may_be_set_in_any_state_and_survive_a_reboot() {
+fn variables_may_be_created_set_read_and_deleted_in_any_state() {
+    for (state, mut cell) in sim_support::cells_in_many_states() {
+        cell.robot.create_variable(10_001, &[0.0]).expect("free");
+        cell.sent(10_001, &[42.0]);
+        cell.cycle();
+        assert_eq!(cell.robot.variable(10_001), Some(&[42.0][..]), "{state}");
+        assert_eq!(cell.read(10_001)[0], 42.0, "{state}");
+        assert_eq!(cell.robot.set_variable(10_001, &[43.0]), Ok(()), "{state}");
+        assert!(cell.robot.delete_variable(10_001), "{state}");
+        assert_eq!(cell.robot.variable(10_001), None, "{state}");
+    }
+}
+
+#[test]
+fn variables_survive_a_reboot() {
     let mut cell = cell_with(|_| {});
     cell.deactivate();
     cell.sent(10_001, &[42.0]);

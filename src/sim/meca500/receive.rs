@@ -162,6 +162,9 @@ impl VirtualRobot {
             MotionCommand::SetTimeScaling(percent) => {
                 self.boot.time_scaling_percent = percent;
                 self.clock.set_time_scaling(f64::from(percent) / 100.0);
+                if !self.is_underway() {
+                    self.clock.settle();
+                }
             }
             MotionCommand::StartProgram(number) => return self.start_program(number),
             MotionCommand::SetJointLimits { n, q_min, q_max } => {
