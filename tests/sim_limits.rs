@@ -231,7 +231,7 @@ fn settings_that_make_no_sense_break_nothing() {
         cell.cycle();
         cell.activate();
         for (id, arguments) in
-            [(10, &[][..]), (1, &[5.0]), (2, &[190.0, 0.0, 308.0]), (4, &[1.0]), (9, &[1.0])]
+            [(18, &[1.0][..]), (1, &[5.0]), (2, &[190.0, 0.0, 308.0]), (4, &[1.0]), (9, &[1.0])]
         {
             cell.sent(id, arguments);
             cell.cycles(200);
@@ -253,7 +253,9 @@ fn settings_that_make_no_sense_break_nothing() {
         panel.push_joint(usize::MAX, odd);
         panel.block_joint(0, true);
         panel.move_by_hand([odd; 6]);
-        for (id, arguments) in [(1, &[1.0][..]), (21, &[5.0]), (22, &[5.0]), (10, &[])] {
+        for (id, arguments) in
+            [(1, &[1.0][..]), (21, &[5.0]), (22, &[5.0]), (18, &[1.0]), (18, &[0.0])]
+        {
             cell.send(id, arguments);
             cell.cycles(100);
         }
