@@ -6,15 +6,15 @@ mod sim_support;
 use fieldarm::cycle::CyclicDevice;
 use fieldarm::sim::meca500::readings::{
     ActivationOutsideLimits, ClearedAtPowerUp, HeldTriggeredBits, HomedInRecovery, HostTimeReading,
-    PausedAfterActivation, PausedAtPowerUp, PowerAfterReboot, RebootSignal,
+    PausedAfterActivation, PausedAtPowerUp, PowerAfterReboot, RebootSignal, TimestampAfterBoot,
 };
 use fieldarm::sim::meca500::{
     CyclicBus, FittedTool, HOMING_TRAVEL_DEG, Lifecycle, RobotEvent, RobotSettings, SimulationType,
 };
 use fieldarm::wire::meca500::code::Code;
 use fieldarm::wire::meca500::image::{
-    BrakesControlFlags, MotionStatusFlags, RobotControlFlags, RobotStatusFlags, SafetyPower,
-    SafetySignals,
+    BrakesControlFlags, MotionControlFlags, MotionStatusFlags, RobotControlFlags, RobotStatusFlags,
+    SafetyPower, SafetySignals,
 };
 use sim_support::{Cell, close};
 
@@ -439,21 +439,160 @@ fn disable_ethercat_leaves_the_bus_and_only_on_ethercat() {
 }
 
 #[test]
-fn timestamps_are_monotonic_over_a_reboot() {
-    let mut cell = Cell::new(RobotSettings::default());
-    let mut last = 0;
-    for cycle in 0..20_000 {
-        if cycle == 100 {
-            cell.write(200, &[]);
-        }
+fn timestamps_are_monotonic_over_a_reboot_but_for_its_reference() {
+    for reading in [TimestampAfterBoot::Restarts, TimestampAfterBoot::Continues] {
+        let mut settings = RobotSettings::default();
+        settings.readings.timestamp_after_boot = reading;
+        let mut cell = Cell::new(settings);
+        let stamp = |cell: &Cell| {
+            let timestamp = cell.inputs.robot_timestamp.values();
+            assert!(timestamp.microseconds < 1_000_000);
+            u64::from(timestamp.seconds) * 1_000_000 + u64::from(timestamp.microseconds)
+        };
+        let mut last = 0;
+        let mut run = |cell: &mut Cell, cycles: u32| {
+            for _ in 0..cycles {
+                cell.cycle();
+                assert!(stamp(cell) >= last, "{reading:?}");
+                last = stamp(cell);
+            }
+            core::mem::take(&mut last)
+        };
+        let before = run(&mut cell, 8_000);
+        assert_eq!(before, 8_000_000);
+        cell.write(200, &[]);
         cell.cycle();
-        let timestamp = cell.inputs.robot_timestamp.values();
-        let micros = u64::from(timestamp.seconds) * 1_000_000 + u64::from(timestamp.microseconds);
-        assert!(micros >= last && timestamp.microseconds < 1_000_000);
-        last = micros;
-        cell.motion(fieldarm::wire::meca500::image::MotionControlFlags::SET_POINT, cycle == 99);
+        assert_eq!(cell.robot.lifecycle(), Lifecycle::Booting);
+        cell.motion(MotionControlFlags::SET_POINT, false);
+        let mut boot = 0;
+        while !cell.robot.is_online() {
+            cell.cycle();
+            boot += 1;
+        }
+        assert!(boot >= 4_999, "{boot}");
+        let begins = stamp(&cell);
+        assert_eq!(begins < before, reading == TimestampAfterBoot::Restarts, "{begins}");
+        assert!(reading == TimestampAfterBoot::Restarts || begins >= 13_000_000, "{begins}");
+        let after = run(&mut cell, 10_000);
+        assert_eq!(after, begins + 10_000_000);
     }
-    assert!(last > 19_000_000);
+}
+
+#[test]
+fn recovery_mode_allows_motion_in_self_collision() {
+    let into_base = [0.0, -20.0, 70.0, 0.0, 100.0, 0.0];
+    let mut cell = Cell::ready();
+    cell.control(RobotControlFlags::ENABLE_RECOVERY_MODE, true);
+    cell.cycle();
+    cell.sent(1, &into_base);
+    cell.until("there or refused", |cell| cell.is_at(into_base) || cell.error() != 0);
+    assert_eq!(cell.error(), 0);
+    cell.sent(1, &[0.0; 6]);
+    cell.finish(1);
+    assert!(cell.is_at([0.0; 6]) && cell.error() == 0, "and out of it again");
+    cell.control(RobotControlFlags::ENABLE_RECOVERY_MODE, false);
+    cell.sent(1, &into_base);
+    cell.until("the collision", |cell| cell.error() == 3041);
+}
+
+#[test]
+fn recovery_mode_allows_motion_with_a_torque_overload() {
+    for recovers in [true, false] {
+        // More torque than the limits of SetTorqueLimits allow.
+        let mut cell = Cell::ready();
+        cell.sent(27, &[90.0, 90.0, 90.0, 30.0, 90.0, 90.0]);
+        cell.sent(28, &[4.0, 2.0]);
+        cell.finish(1);
+        cell.control(RobotControlFlags::ENABLE_RECOVERY_MODE, recovers);
+        cell.cycle();
+        cell.robot.panel().push_joint(4, 60.0);
+        cell.cycles(10);
+        assert_eq!(cell.error(), if recovers { 0 } else { 3029 });
+        if recovers {
+            assert!(cell.has(MotionStatusFlags::EXCESSIVE_TORQUE));
+            cell.sent(1, &[5.0]);
+            cell.finish(2);
+            assert!(cell.is_at([5.0, 0.0, 0.0, 0.0, 0.0, 0.0]) && cell.error() == 0);
+        }
+        // More than the motor has: the others move on beside the joint that is held.
+        let mut cell = Cell::ready();
+        cell.control(RobotControlFlags::ENABLE_RECOVERY_MODE, recovers);
+        cell.cycle();
+        cell.robot.panel().block_joint(1, true);
+        cell.sent(1, &[10.0, 10.0]);
+        cell.cycles(3_000);
+        assert_eq!(cell.error(), if recovers { 0 } else { 3005 });
+        assert_eq!(cell.is_at([10.0, 10.0, 0.0, 0.0, 0.0, 0.0]), recovers);
+        assert!((cell.read(40)[0]).abs() < 1e-3, "the held joint stays");
+    }
+}
+
+#[test]
+fn recovery_mode_may_be_set_in_any_state() {
+    for (state, mut cell) in sim_support::cells_in_many_states() {
+        for on in [true, false] {
+            cell.control(RobotControlFlags::ENABLE_RECOVERY_MODE, on);
+            cell.cycle();
+            assert_eq!(cell.is(RobotStatusFlags::RECOVERY_MODE), on, "{state}");
+        }
+    }
+}
+
+#[test]
+fn an_error_while_deactivated_is_reported_and_needs_no_reset() {
+    let mut cell = Cell::new(RobotSettings::default());
+    cell.cycle();
+    cell.events();
+    cell.robot.panel().break_drives();
+    assert_eq!(cell.events(), [RobotEvent::Error(Code::DRIVE_COMMUNICATION)]);
+    cell.cycle();
+    assert_eq!(cell.error(), 0, "no error mode");
+    assert!(!cell.has(MotionStatusFlags::PAUSED));
+    cell.bring_up();
+    cell.sent(1, &[5.0]);
+    cell.finish(1);
+    assert!(cell.is_at([5.0, 0.0, 0.0, 0.0, 0.0, 0.0]), "without ResetError");
+}
+
+#[test]
+fn activating_an_activated_robot_changes_nothing() {
+    let mut cell = Cell::ready();
+    cell.sent(7, &[30.0]);
+    cell.sent(1, &[60.0]);
+    cell.cycles(200);
+    cell.events();
+    let queued = cell.fifo_space();
+    assert_eq!(cell.robot.activate(), Ok(()));
+    cell.control(RobotControlFlags::ACTIVATE_ROBOT, true);
+    let before = cell.joints()[0];
+    for _ in 0..10 {
+        cell.cycle();
+        assert!(cell.is(RobotStatusFlags::ACTIVATED) && !cell.is(RobotStatusFlags::BUSY));
+    }
+    assert!(cell.joints()[0] > before && cell.fifo_space() == queued, "it moves on");
+    assert_eq!(cell.events(), []);
+    assert_eq!(cell.read(21)[0], 30.0, "its settings stay");
+    cell.finish(1);
+    assert!(cell.is_at([60.0, 0.0, 0.0, 0.0, 0.0, 0.0]));
+}
+
+#[test]
+fn only_an_activated_robot_is_deactivated() {
+    let mut cell = Cell::new(RobotSettings::default());
+    cell.cycle();
+    cell.events();
+    assert_eq!(cell.robot.deactivate(), Err(Code::NOT_ACTIVATED));
+    cell.control(RobotControlFlags::DEACTIVATE_ROBOT, true);
+    cell.cycles(5);
+    assert!(!cell.is(RobotStatusFlags::BUSY), "nothing happens");
+    assert!(!cell.events().contains(&RobotEvent::Deactivated));
+    cell.control(RobotControlFlags::DEACTIVATE_ROBOT, false);
+    cell.activate();
+    cell.events();
+    assert_eq!(cell.robot.deactivate(), Ok(()));
+    cell.until("deactivated", |cell| cell.is(RobotStatusFlags::BRAKES_ENGAGED));
+    assert!(cell.events().contains(&RobotEvent::Deactivated));
+    assert_eq!(cell.robot.deactivate(), Err(Code::NOT_ACTIVATED));
 }
 
 #[test]

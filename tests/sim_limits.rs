@@ -3,9 +3,14 @@
 
 mod sim_support;
 
-use fieldarm::sim::meca500::RobotEvent;
+use fieldarm::sim::meca500::{
+    FittedTool, Part, PersistentSettings, RecoveryCaps, RobotEvent, RobotSettings, SimulationType,
+};
+use fieldarm::time::Duration;
 use fieldarm::wire::meca500::code::Code;
-use fieldarm::wire::meca500::image::{MotionStatusFlags, RobotStatusFlags};
+use fieldarm::wire::meca500::image::{
+    MotionControlFlags, MotionStatusFlags, RobotControlFlags, RobotStatusFlags,
+};
 use sim_support::Cell;
 
 /// A ready robot that got persistent settings while it was deactivated.
@@ -201,4 +206,106 @@ fn a_blocked_joint_ends_in_an_error_of_motion() {
     cell.resume();
     cell.sent(1, &[30.0]);
     cell.finish(1);
+}
+
+#[test]
+fn settings_that_make_no_sense_break_nothing() {
+    for odd in [-20.0, 0.0, f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::MIN, f64::MAX] {
+        let mut settings = RobotSettings {
+            tool: FittedTool::Megp25E,
+            joints: [odd; 6],
+            position_error_before_homing_deg: odd,
+            recovery_caps: RecoveryCaps {
+                joint_velocity_percent: odd,
+                joint_acceleration_percent: odd,
+                linear_velocity_mm_per_s: odd,
+                angular_velocity_deg_per_s: odd,
+                cart_acceleration_percent: odd,
+                gripper_percent: odd,
+            },
+            ..RobotSettings::default()
+        };
+        settings.times.activation = Duration::ZERO;
+        let mut cell = Cell::new(settings);
+        cell.control(RobotControlFlags::ENABLE_RECOVERY_MODE, true);
+        cell.cycle();
+        cell.activate();
+        for (id, arguments) in
+            [(18, &[1.0][..]), (1, &[5.0]), (2, &[190.0, 0.0, 308.0]), (4, &[1.0]), (9, &[1.0])]
+        {
+            cell.sent(id, arguments);
+            cell.cycles(200);
+        }
+        assert!(cell.joints().iter().all(|joint| joint.is_finite()), "{odd}");
+        assert!(cell.read(40).iter().all(|joint| joint.is_finite()), "{odd}");
+
+        let persistent = cell.robot.persistent_mut();
+        persistent.joint_limits_enabled = true;
+        persistent.user_joint_limits.min = [odd; 6];
+        persistent.user_joint_limits.max = [-odd; 6];
+        persistent.tool_sphere = [odd; 4];
+        persistent.work_zone_min = [odd; 3];
+        persistent.work_zone_max = [-odd; 3];
+        cell.control(RobotControlFlags::ENABLE_RECOVERY_MODE, false);
+        let mut panel = cell.robot.panel();
+        panel.place_part(Some(Part::Outer(odd)));
+        panel.push_joint(1, odd);
+        panel.push_joint(usize::MAX, odd);
+        panel.block_joint(0, true);
+        panel.move_by_hand([odd; 6]);
+        for (id, arguments) in
+            [(1, &[1.0][..]), (21, &[5.0]), (22, &[5.0]), (18, &[1.0]), (18, &[0.0])]
+        {
+            cell.send(id, arguments);
+            cell.cycles(100);
+        }
+        cell.robot.panel().place_part(Some(Part::Inner(odd)));
+        cell.cycles(100);
+        assert!(cell.joints().iter().all(|joint| joint.is_finite()), "{odd}");
+    }
+}
+
+#[test]
+fn a_jump_of_days_takes_a_bounded_time() {
+    let days = Duration::from_secs(30 * 86_400);
+    for simulation in [SimulationType::Normal, SimulationType::Fast] {
+        let mut settings = RobotSettings { homed: true, ..RobotSettings::default() };
+        settings.persistent.simulation = simulation;
+        let mut cell = Cell::new(settings);
+        cell.control(RobotControlFlags::ACTIVATE_SIM, simulation == SimulationType::Fast);
+        cell.cycle();
+        cell.activate();
+        cell.home();
+        cell.robot.panel().push_joint(1, 10.0);
+        cell.write_with(0, 21, &[5.0]);
+        cell.cycles(100);
+        cell.motion(MotionControlFlags::SET_POINT, false);
+        cell.now += days;
+        // Minutes, when each of its milliseconds is lived through.
+        let begun = std::time::Instant::now();
+        cell.cycle();
+        assert!(begun.elapsed().as_secs() < 60);
+        let timestamp = cell.inputs.robot_timestamp.values();
+        assert!(u64::from(timestamp.seconds) >= days.as_secs());
+        assert!(cell.has(MotionStatusFlags::EOM), "the velocity ended with its timeout");
+        let is_near = cell.joints()[0].abs() < 2.0;
+        assert!(is_near || simulation == SimulationType::Fast, "{:?}", cell.joints());
+        cell.sent(6, &[1_000_000.0]);
+        cell.sent(17, &[3.0]);
+        cell.cycles(2);
+        cell.now += days;
+        cell.cycle();
+        cell.cycles(2);
+        assert_eq!(cell.reached(), 3);
+    }
+}
+
+#[test]
+fn user_limits_never_widen_those_of_the_model() {
+    let mut persistent = PersistentSettings { joint_limits_enabled: true, ..Default::default() };
+    persistent.user_joint_limits.min = [f64::NAN, f64::NEG_INFINITY, -10.0, -900.0, 0.0, 0.0];
+    persistent.user_joint_limits.max = [f64::INFINITY, 10.0, f64::NAN, 900.0, 1.0, 1e9];
+    let limits = persistent.effective_joint_limits();
+    assert_eq!(limits.min, [-175.0, -70.0, -10.0, -170.0, 0.0, 0.0]);
+    assert_eq!(limits.max, [175.0, 10.0, 70.0, 170.0, 1.0, 36_000.0]);
 }

@@ -231,7 +231,7 @@ fn time_based_moves_keep_their_duration_or_follow_the_severity() {
 }
 
 #[test]
-fn time_scaling_scales_moves_delays_and_timeouts_at_once() {
+fn time_scaling_scales_moves_and_delays() {
     let mut cell = Cell::ready();
     let full = time_of_move(&mut cell, [30.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     cell.sent(48, &[50.0]);
@@ -241,10 +241,70 @@ fn time_scaling_scales_moves_delays_and_timeouts_at_once() {
     cell.sent(6, &[0.5]);
     let delay = cell.finish(3);
     assert!((990..1010).contains(&delay), "{delay}");
-    let mut fresh = Cell::new(fieldarm::sim::meca500::RobotSettings::default());
-    fresh.cycle();
-    fresh.sent(48, &[10.0]);
-    assert_eq!(fresh.read(54)[0], 10.0, "in any state");
+}
+
+/// Cycles in which a velocity command with a MoveID moves the arm, and how far it goes.
+fn time_and_way_of_velocity(cell: &mut Cell) -> (u32, f32) {
+    let start = cell.joints()[0];
+    cell.sent(21, &[20.0]);
+    cell.until("moving", |cell| !cell.has(MotionStatusFlags::EOM));
+    let cycles = cell.until("at rest", |cell| cell.has(MotionStatusFlags::EOM));
+    (cycles, cell.joints()[0] - start)
+}
+
+#[test]
+fn time_scaling_scales_the_velocity_timeout_and_keeps_the_way() {
+    let mut cell = Cell::ready();
+    cell.sent(24, &[0.5]);
+    let (full, way) = time_and_way_of_velocity(&mut cell);
+    assert!((500..540).contains(&full), "{full}");
+    cell.sent(48, &[25.0]);
+    cell.cycles(100);
+    let (quarter, scaled_way) = time_and_way_of_velocity(&mut cell);
+    assert!(quarter.abs_diff(4 * full) < 40, "{full} {quarter}");
+    assert!((way - scaled_way).abs() < 0.05, "{way} {scaled_way}");
+}
+
+#[test]
+fn time_scaling_acts_at_once_during_a_move_and_a_delay_and_keeps_the_path() {
+    let steps_of = |cell: &mut Cell| {
+        let before = cell.joints();
+        cell.cycle();
+        [0, 1].map(|joint| cell.joints()[joint] - before[joint])
+    };
+    let mut cell = Cell::ready();
+    cell.sent(1, &[60.0, 30.0]);
+    cell.sent(17, &[5.0]);
+    cell.cycles(500);
+    let [full, _] = steps_of(&mut cell);
+    cell.sent(48, &[20.0]);
+    let [next, _] = steps_of(&mut cell);
+    assert!(next < full - 1e-4, "slower in the next cycle: {full} {next}");
+    cell.cycles(60);
+    let [scaled, other] = steps_of(&mut cell);
+    assert!((scaled - 0.2 * full).abs() < 0.02 * full, "{full} {scaled}");
+    assert!((scaled - 2.0 * other).abs() < 1e-3, "the path stays: {scaled} {other}");
+    let joints = cell.joints();
+    assert!((joints[0] - 2.0 * joints[1]).abs() < 1e-3, "{joints:?}");
+    assert_eq!(cell.reached(), 0, "it was the move under way that was slowed");
+    cell.sent(48, &[100.0]);
+    cell.until("the checkpoint", |cell| cell.reached() == 5);
+    assert!(cell.is_at([60.0, 30.0, 0.0, 0.0, 0.0, 0.0]));
+
+    cell.sent(6, &[1.0]);
+    cell.cycles(500);
+    cell.sent(48, &[25.0]);
+    let left = cell.finish(6);
+    // Half a second is left, at a quarter of the pace.
+    assert!((1950..2010).contains(&left), "{left}");
+}
+
+#[test]
+fn time_scaling_is_allowed_in_any_state() {
+    for (state, mut cell) in sim_support::cells_in_many_states() {
+        cell.sent(48, &[10.0]);
+        assert_eq!(cell.read(54)[0], 10.0, "{state}");
+    }
 }
 
 #[test]

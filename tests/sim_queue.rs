@@ -109,6 +109,83 @@ fn a_checkpoint_is_reached_when_the_motion_before_it_is_done() {
 }
 
 #[test]
+fn a_checkpoint_between_blended_moves_is_reached_along_the_blending() {
+    let mut cell = Cell::ready();
+    cell.sent(1, &[30.0]);
+    cell.sent(17, &[4.0]);
+    cell.sent(1, &[30.0, 30.0]);
+    cell.sent(17, &[5.0]);
+    cell.until("the first checkpoint", |cell| cell.reached() == 4);
+    assert!(!cell.has(EOM) && !cell.has(EOB), "the robot does not stop for it");
+    let at = cell.joints();
+    assert!(at[0] > 20.0 && at[0] < 29.999, "where the corner begins to be rounded: {at:?}");
+    assert!(at[1] < 1.0, "{at:?}");
+    cell.until("the last checkpoint", |cell| cell.reached() == 5);
+    assert!(cell.has(EOB | EOM), "the last one comes with the stop");
+    assert!(cell.is_at([30.0, 30.0, 0.0, 0.0, 0.0, 0.0]));
+    // Without blending it is reached in the corner.
+    cell.sent(7, &[0.0]);
+    cell.sent(1, &[0.0, 30.0]);
+    cell.sent(17, &[6.0]);
+    cell.sent(1, &[0.0; 6]);
+    cell.until("the checkpoint", |cell| cell.reached() == 6);
+    assert!((cell.joints()[0]).abs() < 1e-3, "{:?}", cell.joints());
+}
+
+#[test]
+fn the_last_checkpoint_reached_and_discarded_stay_until_another_is() {
+    let mut cell = Cell::ready();
+    let clear_with = |cell: &mut Cell, n: f32| {
+        cell.sent(6, &[10.0]);
+        cell.sent(17, &[n]);
+        cell.motion(CLEAR, true);
+        cell.cycles(3);
+        cell.motion(CLEAR, false);
+        cell.resume();
+    };
+    cell.finish(3);
+    assert_eq!((cell.reached(), cell.discarded()), (3, 0));
+    clear_with(&mut cell, 7.0);
+    assert_eq!((cell.reached(), cell.discarded()), (3, 7));
+    cell.cycles(500);
+    assert_eq!((cell.reached(), cell.discarded()), (3, 7), "time changes neither");
+    cell.sent(17, &[4.0]);
+    cell.until("reached", |cell| cell.reached() == 4);
+    assert_eq!(cell.discarded(), 7, "nor does the other one");
+    cell.motion(CLEAR, true);
+    cell.cycles(3);
+    cell.motion(CLEAR, false);
+    cell.resume();
+    assert_eq!((cell.reached(), cell.discarded()), (4, 7), "an empty queue discards none");
+    clear_with(&mut cell, 9.0);
+    assert_eq!((cell.reached(), cell.discarded()), (4, 9));
+}
+
+#[test]
+fn a_pause_begins_within_five_milliseconds() {
+    let step_of = |cell: &mut Cell| {
+        let before = cell.joints()[0];
+        cell.cycle();
+        cell.joints()[0] - before
+    };
+    let mut cell = Cell::ready();
+    cell.sent(1, &[90.0]);
+    cell.cycles(500);
+    let mut last = step_of(&mut cell);
+    let full = last;
+    assert!((full - step_of(&mut cell)).abs() < 1e-4, "steady before the pause");
+    cell.motion(PAUSE, true);
+    // The cycle that carries the bit, and five milliseconds.
+    cell.cycle();
+    for _ in 0..5 {
+        let step = step_of(&mut cell);
+        assert!(step < last - 1e-4, "{last} {step}");
+        last = step;
+    }
+    assert!(last > 0.0 && last < 0.95 * full, "{full} {last}");
+}
+
+#[test]
 fn eob_waits_for_a_delay_and_eom_does_not() {
     let mut cell = Cell::ready();
     cell.sent(1, &[5.0]);
@@ -268,6 +345,31 @@ fn an_error_clears_the_queue_and_refuses_until_reset_and_resume() {
     cell.resume();
     cell.finish(3);
     assert!(cell.is_at([0.0; 6]));
+}
+
+#[test]
+fn what_any_state_allows_is_taken_or_refused_in_error_mode() {
+    for (reading, taken) in
+        [(AnyStateInErrorMode::Taken, true), (AnyStateInErrorMode::Refused, false)]
+    {
+        let mut cell =
+            Cell::ready_with(|settings| settings.readings.any_state_in_error_mode = reading);
+        cell.robot.create_variable(10_000, &[1.0]).expect("free");
+        cell.sent(1, &[200.0]);
+        cell.until("the error", |cell| cell.error() == 1007);
+        cell.events();
+        cell.sent(48, &[50.0]);
+        cell.sent(10_000, &[7.0]);
+        let refusals =
+            cell.events().iter().filter(|e| **e == RobotEvent::Refused(Code::IN_ERROR)).count();
+        assert_eq!(refusals, if taken { 0 } else { 2 });
+        assert_eq!(cell.read(54)[0], if taken { 50.0 } else { 100.0 });
+        assert_eq!(cell.robot.variable(10_000), Some(&[if taken { 7.0 } else { 1.0 }][..]));
+        assert_eq!(cell.error(), 1007, "the error stays the first one");
+        cell.reset_error();
+        cell.sent(48, &[25.0]);
+        assert_eq!(cell.read(54)[0], 25.0);
+    }
 }
 
 #[test]

@@ -37,7 +37,21 @@ fn variables_are_set_by_their_id_and_read_as_dynamic_types() {
 }
 
 #[test]
-fn variables_may_be_set_in_any_state_and_survive_a_reboot() {
+fn variables_may_be_created_set_read_and_deleted_in_any_state() {
+    for (state, mut cell) in sim_support::cells_in_many_states() {
+        cell.robot.create_variable(10_001, &[0.0]).expect("free");
+        cell.sent(10_001, &[42.0]);
+        cell.cycle();
+        assert_eq!(cell.robot.variable(10_001), Some(&[42.0][..]), "{state}");
+        assert_eq!(cell.read(10_001)[0], 42.0, "{state}");
+        assert_eq!(cell.robot.set_variable(10_001, &[43.0]), Ok(()), "{state}");
+        assert!(cell.robot.delete_variable(10_001), "{state}");
+        assert_eq!(cell.robot.variable(10_001), None, "{state}");
+    }
+}
+
+#[test]
+fn variables_survive_a_reboot() {
     let mut cell = cell_with(|_| {});
     cell.deactivate();
     cell.sent(10_001, &[42.0]);
@@ -199,6 +213,32 @@ fn missing_and_invalid_programs_have_their_codes() {
     assert_eq!(cell.robot.save_program(501, Vec::new()), Err(StoreError::ProgramNumber(501)));
     let long = vec![MotionCommand::Delay(0.0); 13_001];
     assert_eq!(cell.robot.save_program(1, long), Err(StoreError::ProgramSize(13_001)));
+}
+
+#[test]
+fn the_start_button_repeats_program_1_when_it_shall_loop_and_start_program_does_not() {
+    for loops in [false, true] {
+        let mut cell = cell_with(|_| {});
+        cell.robot.persistent_mut().offline_program_loop = loops;
+        cell.robot.save_program(1, program()).expect("a good number");
+        let runs = |cell: &mut Cell| {
+            cell.cycles(5_000);
+            let started = |event: &RobotEvent| *event == RobotEvent::ProgramStarted(1);
+            cell.events().iter().filter(|event| started(event)).count()
+        };
+        cell.sent(100, &[1.0]);
+        assert_eq!(runs(&mut cell), 1, "StartProgram executes it once");
+        assert_eq!(cell.robot.panel().press_start(), Ok(()));
+        let many = runs(&mut cell);
+        assert_eq!(many > 10, loops, "{many}");
+        assert!(many > 0);
+        cell.motion(MotionControlFlags::CLEAR_MOTION, true);
+        cell.cycles(100);
+        cell.motion(MotionControlFlags::CLEAR_MOTION, false);
+        cell.resume();
+        cell.events();
+        assert_eq!(runs(&mut cell), 0, "clearing ends the repetition");
+    }
 }
 
 #[test]

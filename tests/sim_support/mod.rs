@@ -277,6 +277,80 @@ impl Cell {
     }
 }
 
+/// A robot in each of many states, and the state's name.
+pub(crate) fn cells_in_many_states() -> Vec<(&'static str, Cell)> {
+    let fresh = || {
+        let mut cell = Cell::new(RobotSettings::default());
+        cell.cycle();
+        cell
+    };
+    let after = |mut cell: Cell, change: &dyn Fn(&mut Cell)| {
+        change(&mut cell);
+        cell
+    };
+    vec![
+        ("deactivated", fresh()),
+        (
+            "activating",
+            after(fresh(), &|cell| {
+                cell.control(RobotControlFlags::ACTIVATE_ROBOT, true);
+                cell.cycle();
+                assert!(cell.is(RobotStatusFlags::BUSY));
+            }),
+        ),
+        ("not homed", after(fresh(), &Cell::activate)),
+        (
+            "homing",
+            after(fresh(), &|cell| {
+                cell.activate();
+                cell.control(RobotControlFlags::HOME, true);
+                cell.cycle();
+                assert!(cell.is(RobotStatusFlags::BUSY));
+            }),
+        ),
+        ("ready", Cell::ready()),
+        (
+            "moving",
+            after(Cell::ready(), &|cell| {
+                cell.sent(1, &[90.0]);
+                cell.cycles(100);
+                assert!(!cell.has(MotionStatusFlags::EOM));
+            }),
+        ),
+        (
+            "paused",
+            after(Cell::ready(), &|cell| {
+                cell.motion(MotionControlFlags::PAUSE_MOTION, true);
+                cell.cycles(10);
+                assert!(cell.has(MotionStatusFlags::PAUSED));
+            }),
+        ),
+        (
+            "in error mode",
+            after(Cell::ready(), &|cell| {
+                cell.sent(1, &[200.0]);
+                cell.until("the error", |cell| cell.error() == 1007);
+            }),
+        ),
+        (
+            "stopped by P-Stop 2",
+            after(Cell::ready(), &|cell| {
+                cell.robot.panel().press_p_stop2();
+                cell.cycles(10);
+                assert!(cell.signals().contains(SafetySignals::P_STOP2));
+            }),
+        ),
+        (
+            "without motor power",
+            after(Cell::ready(), &|cell| {
+                cell.robot.panel().press_e_stop();
+                cell.until("deactivated", |cell| !cell.is(RobotStatusFlags::ACTIVATED));
+                assert!(cell.power().is_empty());
+            }),
+        ),
+    ]
+}
+
 pub(crate) fn close(found: [f32; 6], expected: [f32; 6], tolerance: f32) -> bool {
     found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() <= tolerance)
 }

@@ -67,6 +67,10 @@ impl VirtualRobot {
                     self.queue.compile_next(Step::ProgramEnd(number));
                     continue;
                 }
+                Item::ProgramAgain => {
+                    self.queue.compile_next(Step::ProgramAgain);
+                    continue;
+                }
                 Item::Command(command) => command,
             };
             if let MotionCommand::StartProgram(number) = command {

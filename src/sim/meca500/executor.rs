@@ -35,9 +35,11 @@ pub(super) struct MoveTimes {
 /// What the arm may do between two moves without stopping.
 fn is_transparent(step: &Step, space: Option<Space>) -> bool {
     match step {
-        Step::Checkpoint(_) | Step::ProgramBegin(_) | Step::ProgramEnd(_) | Step::Immediate(_) => {
-            true
-        }
+        Step::Checkpoint(_)
+        | Step::ProgramBegin(_)
+        | Step::ProgramEnd(_)
+        | Step::ProgramAgain
+        | Step::Immediate(_) => true,
         Step::Setting(command, _) => !stops_the_robot(command),
         Step::Tool(MotionCommand::SetValveState(_)) => true,
         Step::Tool(_) => space == Some(Space::Joint),
@@ -210,6 +212,11 @@ impl VirtualRobot {
                 self.events.push(RobotEvent::ProgramStarted(number));
             }
             Step::ProgramEnd(number) => self.end_program(number),
+            Step::ProgramAgain => {
+                if let Err(code) = self.start_by_button() {
+                    self.note_refusal(code);
+                }
+            }
         }
     }
 

@@ -164,7 +164,7 @@ impl VirtualRobot {
     }
 
     /// Whether something follows the path clock.
-    fn is_underway(&self) -> bool {
+    pub(super) fn is_underway(&self) -> bool {
         self.is_following() || self.velocity.is_some()
     }
 

@@ -64,13 +64,16 @@ impl Panel<'_> {
         self.robot.switch_on();
     }
 
-    /// Presses the Start/Stop button on the base: starts offline program 1 (PM L4002).
+    /// Presses the Start/Stop button on the base: starts offline program 1 (PM L4002), which begins
+    /// anew at its end while
+    /// [`offline_program_loop`](super::PersistentSettings::offline_program_loop) is set. What empties
+    /// the queue ends it.
     ///
     /// # Errors
     ///
     /// Those of [`VirtualRobot::start_program`].
     pub fn press_start(&mut self) -> Result<(), Code> {
-        self.robot.start_program(1)
+        self.robot.start_by_button()
     }
 
     /// Unscrews the tool and screws on another one. Only on a deactivated robot; returns whether it

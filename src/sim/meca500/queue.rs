@@ -29,6 +29,8 @@ pub(super) enum Item {
     ProgramBegin(u16),
     /// The commands of an offline program end.
     ProgramEnd(u16),
+    /// Program 1 starts again.
+    ProgramAgain,
 }
 
 impl Item {
@@ -73,6 +75,8 @@ pub(super) enum Step {
     ProgramBegin(u16),
     /// A marker.
     ProgramEnd(u16),
+    /// A marker.
+    ProgramAgain,
 }
 
 /// A compiled entry and what it was compiled from.

@@ -252,6 +252,15 @@ readings! {
         /// Puts an activated robot in error mode.
         StartsErrorMode,
     }
+    33
+    /// SetTimeScaling and the setting of a variable, allowed in any state, in error mode, in which
+    /// every later command is answered with 1011.
+    any_state_in_error_mode: AnyStateInErrorMode {
+        /// Are taken.
+        Taken,
+        /// Are refused (1011) until ResetError.
+        Refused,
+    }
     34
     /// MoveID of a command ignored because FifoSpace is 0.
     full_queue: FullQueue {

@@ -8,7 +8,7 @@ use super::compile::{is_move, is_queued};
 use super::kinematics::{MODEL_MAX, MODEL_MIN};
 use super::motion_settings::MotionSettings;
 use super::queue::Item;
-use super::readings::{Refusal, SetVariableClass, StartProgramClass};
+use super::readings::{AnyStateInErrorMode, Refusal, SetVariableClass, StartProgramClass};
 use super::robot::VirtualRobot;
 use super::settings::{PStop2Mode, PersistentSettings};
 use crate::wire::meca500::code::Code;
@@ -113,6 +113,14 @@ impl VirtualRobot {
 
     fn check_state(&self, requires: Requirement) -> Result<(), Code> {
         match requires {
+            // "Any state" (PM L3970, L6734) against "every later command" (PM L872).
+            Requirement::AnyState
+                if self.error != Code(0)
+                    && self.settings.readings.any_state_in_error_mode
+                        == AnyStateInErrorMode::Refused =>
+            {
+                Err(Code::IN_ERROR)
+            }
             Requirement::AnyState | Requirement::NotStated => Ok(()),
             Requirement::Deactivated | Requirement::BeforeActivation => {
                 if self.has_motors_on() || self.is_busy() {
@@ -154,6 +162,9 @@ impl VirtualRobot {
             MotionCommand::SetTimeScaling(percent) => {
                 self.boot.time_scaling_percent = percent;
                 self.clock.set_time_scaling(f64::from(percent) / 100.0);
+                if !self.is_underway() {
+                    self.clock.settle();
+                }
             }
             MotionCommand::StartProgram(number) => return self.start_program(number),
             MotionCommand::SetJointLimits { n, q_min, q_max } => {
@@ -208,6 +219,15 @@ impl VirtualRobot {
             self.queue.push(Item::Command(*command));
         }
         self.queue.push(Item::ProgramEnd(number));
+        Ok(())
+    }
+
+    /// The Start/Stop button: program 1, once or again and again. Source: PM L3719.
+    pub(super) fn start_by_button(&mut self) -> Result<(), Code> {
+        self.start_program(1)?;
+        if self.settings.persistent.offline_program_loop {
+            self.queue.push(Item::ProgramAgain);
+        }
         Ok(())
     }
 

@@ -3,9 +3,10 @@
 //! Read first: [`VirtualRobot::new`], [`VirtualRobot::advance`], and the method
 //! [`cycle`](crate::cycle::CyclicDevice::cycle) of its cyclic face.
 //!
-//! Time is handed in. [`VirtualRobot::advance`] lets the robot live in steps of a millisecond at
-//! most; a robot with nothing to do skips the time. In fast simulation the steps of the robot's own
-//! time are longer than those handed in, until there is nothing left to do.
+//! Time is handed in. [`VirtualRobot::advance`] lets the robot live in steps of a millisecond; a
+//! robot with nothing to do skips the time. In fast simulation the steps of the robot's own time are
+//! longer than those handed in, until there is nothing left to do. However far `now` jumps, a call
+//! takes a bounded number of steps: after 20,000 of them what is left passes in 100 equal ones.
 //!
 //! Invariants: no input makes it panic; time never runs back; after construction only queueing and
 //! planning allocate.
@@ -30,8 +31,12 @@ use crate::time::Instant;
 use crate::wire::meca500::code::Code;
 use crate::wire::meca500::command::{Severity, TorqueSeverity};
 
-/// Longest step of the robot's life.
+/// Step of the robot's life.
 const STEP_NS: u64 = 1_000_000;
+/// Such steps in one call: twenty seconds, far longer than a velocity timeout or a fault's delay.
+const FINE_STEPS: u32 = 20_000;
+/// Steps in which the rest of a longer jump passes.
+const COARSE_STEPS: u64 = 100;
 /// Step of the robot's own time in fast simulation, in s.
 const FAST_STEP_S: f64 = 0.01;
 /// How much farther than its stop the arm looks for a breach, in s: two steps.
@@ -100,13 +105,12 @@ pub struct VirtualRobot {
 
 impl VirtualRobot {
     /// A robot that has booted and whose Reset button was pressed: deactivated, motors powered.
+    ///
+    /// Settings it could not live with are replaced, as [`RobotSettings`] says of each.
     #[must_use]
     pub fn new(settings: RobotSettings) -> Self {
-        let limits = super::motion::JointLimits::MODEL;
-        let mut joints = settings.joints;
-        for (joint, (min, max)) in joints.iter_mut().zip(limits.min.into_iter().zip(limits.max)) {
-            *joint = if joint.is_finite() { joint.clamp(min, max) } else { 0.0 };
-        }
+        let settings = settings.made_livable();
+        let joints = settings.joints;
         let motion_settings = MotionSettings::default();
         let mut robot = Self {
             boot: BootSettings::default(),
@@ -203,13 +207,24 @@ impl VirtualRobot {
     }
 
     /// Lets the robot live until `now`. A `now` in the past does nothing.
+    ///
+    /// A jump of more than twenty seconds while something is going on loses detail: in its coarse
+    /// steps each move begins a step after the one before, and limits are looked at once a step.
     pub fn advance(&mut self, now: Instant) {
         let mut left = now.as_nanos().saturating_sub(self.now.as_nanos());
+        let mut fine_steps = FINE_STEPS;
+        let mut coarse_ns = None;
         while left > 0 {
-            let step = if self.is_quiet() { left } else { left.min(STEP_NS) };
+            let step = if self.is_quiet() {
+                left
+            } else if fine_steps > 0 {
+                left.min(STEP_NS)
+            } else {
+                left.min(*coarse_ns.get_or_insert_with(|| left.div_ceil(COARSE_STEPS).max(STEP_NS)))
+            };
             self.now = Instant::from_nanos(self.now.as_nanos().saturating_add(step));
             left -= step;
-            self.live(step);
+            fine_steps = fine_steps.saturating_sub(self.live(step));
         }
     }
 
@@ -232,18 +247,21 @@ impl VirtualRobot {
             && at_rest(self.follower.state())
     }
 
-    fn live(&mut self, nanos: u64) {
+    /// Lives for `nanos`; returns the steps of the robot's own time that it took, 1 at least.
+    fn live(&mut self, nanos: u64) -> u32 {
+        let mut steps = 1;
         if self.is_quiet() {
-            return;
+            return steps;
         }
         self.safety.advance(nanos);
         self.advance_lifecycle(nanos);
         if self.is_activated() {
             let seconds = nanos as f64 / 1e9;
             if self.is_fast() {
-                let mut steps = 0;
-                while steps < FAST_STEPS && (steps == 0 || !self.is_idle()) {
-                    self.live_activated(FAST_STEP_S);
+                let step_s = FAST_STEP_S.max(seconds);
+                self.live_activated(step_s);
+                while steps < FAST_STEPS && !self.is_idle() {
+                    self.live_activated(step_s);
                     steps += 1;
                 }
             } else {
@@ -251,6 +269,7 @@ impl VirtualRobot {
             }
         }
         self.cut_power_when_stopped();
+        steps
     }
 
     fn is_idle(&self) -> bool {
@@ -291,7 +310,8 @@ impl VirtualRobot {
             return;
         }
         let state = self.target_state();
-        if torque::is_overloaded(&state, &self.disturbance) {
+        // Recovery mode lets the arm be moved out of an overload. Source: PM L3838.
+        if !self.boot.recovery_mode && torque::is_overloaded(&state, &self.disturbance) {
             // The motors give up where the joint stands.
             self.raise(Code::MOTION_ERROR);
             self.follower = Follower::at_rest(self.disturbance.actual(&state.position));

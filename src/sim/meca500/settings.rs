@@ -44,9 +44,11 @@ pub struct RobotSettings {
     pub readings: Readings,
     /// Durations the manual does not give.
     pub times: LifecycleTimes,
-    /// What recovery mode leaves of velocities and accelerations.
+    /// What recovery mode leaves of velocities and accelerations; a cap that is not a positive number
+    /// becomes the default.
     pub recovery_caps: RecoveryCaps,
-    /// Error of the reported actual joints before homing, in degrees. Source: PM L346.
+    /// Error of the reported actual joints before homing, in degrees; kept within 180,
+    /// and 0 for what is not finite. Source: PM L346.
     pub position_error_before_homing_deg: f64,
     /// The settings that survive power-off.
     pub persistent: PersistentSettings,
@@ -72,6 +74,21 @@ impl Default for RobotSettings {
             position_error_before_homing_deg: 0.5,
             persistent: PersistentSettings::default(),
         }
+    }
+}
+
+impl RobotSettings {
+    /// The settings a robot can live with, whatever was asked for.
+    pub(super) fn made_livable(mut self) -> Self {
+        let JointLimits { min, max } = JointLimits::MODEL;
+        for (joint, (min, max)) in self.joints.iter_mut().zip(min.into_iter().zip(max)) {
+            *joint = if joint.is_finite() { joint.clamp(min, max) } else { 0.0 };
+        }
+        let error = self.position_error_before_homing_deg;
+        self.position_error_before_homing_deg =
+            if error.is_finite() { error.clamp(-180.0, 180.0) } else { 0.0 };
+        self.recovery_caps = self.recovery_caps.made_livable();
+        self
     }
 }
 
@@ -167,6 +184,39 @@ pub struct RecoveryCaps {
     pub gripper_percent: f64,
 }
 
+impl RecoveryCaps {
+    /// A cap of zero or below would keep the arm from every move; one that is no number says nothing.
+    fn made_livable(self) -> Self {
+        let default = Self::default();
+        let positive = |cap: f64, default: f64| {
+            if cap > 0.0 && cap.is_finite() { cap } else { default }
+        };
+        Self {
+            joint_velocity_percent: positive(
+                self.joint_velocity_percent,
+                default.joint_velocity_percent,
+            ),
+            joint_acceleration_percent: positive(
+                self.joint_acceleration_percent,
+                default.joint_acceleration_percent,
+            ),
+            linear_velocity_mm_per_s: positive(
+                self.linear_velocity_mm_per_s,
+                default.linear_velocity_mm_per_s,
+            ),
+            angular_velocity_deg_per_s: positive(
+                self.angular_velocity_deg_per_s,
+                default.angular_velocity_deg_per_s,
+            ),
+            cart_acceleration_percent: positive(
+                self.cart_acceleration_percent,
+                default.cart_acceleration_percent,
+            ),
+            gripper_percent: positive(self.gripper_percent, default.gripper_percent),
+        }
+    }
+}
+
 impl Default for RecoveryCaps {
     fn default() -> Self {
         Self {
@@ -205,6 +255,8 @@ pub struct PersistentSettings {
     pub work_zone_min: [f64; 3],
     /// SetWorkZoneLimits: highest corner, in mm.
     pub work_zone_max: [f64; 3],
+    /// SetOfflineProgramLoop, as saved with program 1: whether the Start/Stop button repeats it.
+    pub offline_program_loop: bool,
     /// Whether EtherCAT is the robot's protocol, on a robot whose bus is EtherCAT.
     pub ethercat_enabled: bool,
 }
@@ -215,10 +267,20 @@ impl PersistentSettings {
     /// Highest corner of the factory's work zone, in mm.
     pub const FACTORY_WORK_ZONE_MAX: [f64; 3] = [10_000.0; 3];
 
-    /// The joint limits in force.
+    /// The joint limits in force: the user's, never wider than the model's, which also stand in for
+    /// a limit that is no number.
     #[must_use]
     pub const fn effective_joint_limits(&self) -> JointLimits {
-        if self.joint_limits_enabled { self.user_joint_limits } else { JointLimits::MODEL }
+        let mut limits = JointLimits::MODEL;
+        if self.joint_limits_enabled {
+            let mut index = 0;
+            while index < limits.min.len() {
+                limits.min[index] = self.user_joint_limits.min[index].max(limits.min[index]);
+                limits.max[index] = self.user_joint_limits.max[index].min(limits.max[index]);
+                index += 1;
+            }
+        }
+        limits
     }
 }
 
@@ -236,6 +298,7 @@ impl Default for PersistentSettings {
             work_zone_mode: WorkZoneMode::FlangeCenterPoint,
             work_zone_min: Self::FACTORY_WORK_ZONE_MIN,
             work_zone_max: Self::FACTORY_WORK_ZONE_MAX,
+            offline_program_loop: false,
             ethercat_enabled: true,
         }
     }

@@ -189,7 +189,7 @@ impl Tool {
             return;
         }
         let reachable = self.clamped(self.wanted_mm);
-        let step = FULL_VELOCITY_MM_PER_S * self.velocity_percent / 100.0 * seconds;
+        let step = (FULL_VELOCITY_MM_PER_S * self.velocity_percent / 100.0 * seconds).max(0.0);
         let way = reachable - self.opening_mm;
         self.opening_mm += way.clamp(-step, step);
         if (reachable - self.opening_mm).abs() < SAME_MM {
