@@ -16,7 +16,7 @@ pub(super) enum Exit {
     Robot = 3,
     /// The link failed, the inputs were lost, or the byte order could not be settled.
     Link = 4,
-    /// Ended by Ctrl-C or a signal to end, after the robot was paused and cleared.
+    /// Ended by Ctrl-C or a signal to end, after the robot was paused and cleared, or deactivated.
     Interrupted = 130,
 }
 
@@ -55,4 +55,4 @@ Exit codes:
     2  bad usage, a bad program, or bytes that are no image; nothing has moved
     3  the robot reported an error, stopped for safety, or refused an action
     4  link trouble: the link failed, inputs were lost, or the byte order is undecidable
-  130  interrupted with Ctrl-C, or by the signal TERM or HUP; the robot was paused and cleared";
+  130  interrupted with Ctrl-C, or by the signal TERM or HUP; the robot was stopped";
