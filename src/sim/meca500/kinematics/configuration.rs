@@ -90,6 +90,17 @@ impl Posture {
         }
     }
 
+    /// The posture whose inverse kinematics gives `joints` back, however near a singularity they are;
+    /// exactly at one, the positive side of it.
+    #[must_use]
+    pub(in crate::sim::meca500) fn exactly_of(joints: &Joints) -> Self {
+        Self {
+            shoulder: Side::of(shoulder_radius(joints)),
+            elbow: Side::of(elbow_angle(joints)),
+            wrist: Side::of(joints[4]),
+        }
+    }
+
     /// The posture with the protocol's numbers, each 1 or -1.
     #[must_use]
     pub const fn from_numbers([shoulder, elbow, wrist]: [i8; 3]) -> Option<Self> {

@@ -38,6 +38,16 @@ impl JointLimits {
         Ok(())
     }
 
+    /// The joints inside that are nearest to `joints`.
+    #[must_use]
+    pub(super) fn nearest(&self, joints: &Joints) -> Joints {
+        let mut nearest = *joints;
+        for (joint, (min, max)) in nearest.iter_mut().zip(self.min.into_iter().zip(self.max)) {
+            *joint = joint.max(min).min(max);
+        }
+        nearest
+    }
+
     /// The same limits with joint 6 kept between `low` and `high` as well.
     #[must_use]
     pub(super) const fn with_joint_6(mut self, (low, high): (f64, f64)) -> Self {

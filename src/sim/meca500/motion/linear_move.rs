@@ -118,7 +118,7 @@ pub fn plan_linear_move(
     };
     let moves = path.length_mm() > 1e-9 || path.angle_deg() > 1e-9;
     let grid = if moves { grid_of(ideal.ramp_distance()) } else { Vec::new() };
-    let posture = settings.posture.unwrap_or_else(|| Posture::of(start));
+    let posture = settings.posture.unwrap_or_else(|| Posture::exactly_of(start));
     let knots = track.walk(start, posture, &grid).map_err(|error| match error {
         PlanError::OutOfReachOnPath { .. } if !ends_in_reach(&path, start, posture) => {
             PlanError::OutOfReach
@@ -289,7 +289,9 @@ impl LinearPlan {
         let Some((index, fraction)) = self.locate(seconds) else {
             return if seconds > 0.0 { self.end() } else { self.start() };
         };
-        between(&self.path, &self.knots[index], &self.knots[index + 1], fraction)
+        let joints = between(&self.path, &self.knots[index], &self.knots[index + 1], fraction);
+        // Between two knots at a limit the line may bulge beyond it by less than shows in the walk.
+        self.limits.nearest(&joints)
     }
 
     /// The tool in the base frame `seconds` after the start.

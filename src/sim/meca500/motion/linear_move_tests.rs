@@ -389,6 +389,31 @@ fn plans_stay_small() {
     assert!(plan.knots.len() < 200, "{}", plan.knots.len());
 }
 
+/// Where `MoveLinRelTrf` with `offset` goes from `start`.
+fn relative(start: &Joints, offset: [f64; 6]) -> Pose {
+    Frames::default().target_relative_to_tool(start, &Pose::from_xyz_euler(offset))
+}
+
+#[test]
+fn a_line_that_starts_just_under_a_wrist_singularity_keeps_joint_4() {
+    for joint_5 in [-0.009, -0.001, -1e-6, 0.0, 1e-6, 0.001, 0.009] {
+        let start = [0.0, 5.0, 5.0, 0.0, joint_5, 0.0];
+        let target = relative(&start, [0.0, 0.0, -2.0, 0.0, 0.0, 20.0]);
+        let plan = planned(&start, &target, &settings());
+        walk(&plan, &settings(), 13e-3);
+        assert!(plan.end()[3].abs() < 1.0, "{joint_5}: {:?}", plan.end());
+        for numbers in [[1, 1, 1], [1, 1, -1]] {
+            let kept = LinearSettings { posture: posture(numbers), ..settings() };
+            match plan_linear_move(&start, &target, &kept) {
+                Ok(plan) => {
+                    walk(&plan, &kept, 13e-3);
+                }
+                Err(error) => assert!(matches!(error, PlanError::Singularity { .. }), "{error}"),
+            }
+        }
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(120))]
     #[test]
@@ -439,6 +464,41 @@ proptest! {
         match plan_linear_move(&start, &target, &settings) {
             Ok(plan) => { walk(&plan, &settings, 13e-3); }
             Err(PlanError::Singularity { .. } | PlanError::LimitOnPath { .. }) => {}
+            Err(error) => prop_assert!(false, "{}", error),
+        }
+    }
+
+    /// Small lines that begin beside the wrist singularity, on either side of it.
+    #[test]
+    fn lines_from_beside_a_wrist_singularity_keep_their_promises_or_are_refused(
+        q2 in -20.0..40.0f64, q3 in -40.0..40.0f64, q4 in -160.0..160.0f64, q6 in -170.0..170.0f64,
+        in_plane in prop::bool::ANY, exponent in -6.0..0.0f64, is_negative in prop::bool::ANY,
+        wrist in prop::option::of(prop::sample::select(&[-1i8, 1][..])), is_fast in prop::bool::ANY,
+        shift in prop::array::uniform3(-3.0..3.0f64), tilt in prop::array::uniform2(-3.0..3.0f64),
+        turn in -40.0..40.0f64, what in 0..4u8,
+    ) {
+        let q5 = if is_negative { -1.0 } else { 1.0 } * libm::pow(10.0, exponent);
+        let q4 = if in_plane { 0.0 } else { q4 };
+        let start = [0.0, q2, q3, q4, q5, q6];
+        let ([x, y, z], [a, b]) = (shift, tilt);
+        let offset = match what {
+            0 => [0.0, 0.0, z, 0.0, 0.0, turn],
+            1 => [x, y, z, 0.0, 0.0, 0.0],
+            2 => [0.0, 0.0, 0.0, 0.0, 0.0, turn],
+            _ => [x, y, z, a, b, turn],
+        };
+        let target = relative(&start, offset);
+        let settings = LinearSettings {
+            posture: wrist.and_then(|wrist| posture([1, 1, wrist])),
+            ..if is_fast { fast() } else { settings() }
+        };
+        match plan_linear_move(&start, &target, &settings) {
+            Ok(plan) => { walk(&plan, &settings, 13e-3); }
+            Err(
+                PlanError::Singularity { .. }
+                | PlanError::LimitOnPath { .. }
+                | PlanError::StartMismatch,
+            ) => {}
             Err(error) => prop_assert!(false, "{}", error),
         }
     }

@@ -5,6 +5,7 @@
 //!
 //! ```text
 //!  a jump ahead
+//!    |-- line begins just outside the desired posture and enters it --> cross into it
 //!    |-- posture free, another posture continues --------> cross in it
 //!    |-- the line ends there -----------------------------> keep joint 4 to the end
 //!    |-- wrist singularity, posture desired or line just
@@ -23,6 +24,7 @@ use super::{JointLimits, PlanError};
 use crate::sim::meca500::kinematics::{
     Bridge, Joints, Posture, Side, forward, nearest_turn, solve, solve_across,
 };
+use crate::sim::meca500::pose::Pose;
 
 /// Most that a joint turns from knot to knot, in degrees.
 const STEP_DEG: f64 = 5.0;
@@ -39,6 +41,18 @@ const FINEST: f64 = 1e-3;
 const MOST_KNOTS: usize = 768;
 /// How far beyond a jump the line is taken up again, in finest stretches, the best first.
 const CLEARANCES: [f64; 3] = [4.0, 2.0, 1.0];
+/// How far the start may be from the solution of its own posture, in degrees: the rounding of the
+/// inverse kinematics beside a singularity.
+const ROUNDING_DEG: f64 = 1e-3;
+/// Where a stretch is looked at between its knots.
+const INSIDE: [f64; 3] = [0.25, 0.5, 0.75];
+/// Longest stretch over which a line may enter the desired posture, in finest stretches.
+const LONGEST_ENTRY: f64 = 1024.0;
+/// Most that the tool may be off the line meanwhile, in mm or degrees: as much as turning on the spot.
+const ENTRY_MISS: f64 = 0.012;
+/// How far joint 1 or 4 may be from the mean of its knots, in degrees. Where the stretch was cut for
+/// its bends it is nearer; where it is further, the solution is that of another way to stand.
+const STRAY_DEG: f64 = 0.25;
 /// Joint 5 under which the hand may turn on the spot, in degrees: some of the finest stretches. The
 /// tool tilts by up to twice as much meanwhile, 0.012 mm at the flange.
 const TURNING_WRIST_DEG: f64 = 0.005;
@@ -85,6 +99,12 @@ impl Track<'_> {
         grid: &[f64],
     ) -> Result<Vec<Knot>, PlanError> {
         self.check(0.0, start)?;
+        let fits = self.solve(0.0, posture, start).is_some_and(|own| {
+            own.iter().zip(start).all(|(own, start)| (own - start).abs() < ROUNDING_DEG)
+        });
+        if !fits && Posture::exactly_of(start).elbow != posture.elbow {
+            return Err(PlanError::Singularity { at: 0.0 });
+        }
         let size = self.path.length_mm().max(self.path.angle_deg());
         let finest = FINEST / size.max(FINEST);
         let mut posture = posture;
@@ -103,7 +123,12 @@ impl Track<'_> {
                 let joints = self
                     .solve(at, posture, &here.joints)
                     .ok_or(PlanError::OutOfReachOnPath { at })?;
-                if is_near(&here.joints, &joints) {
+                let stands_in_posture = fits || here.at > 0.0;
+                let knot = Knot { at, joints, ..here };
+                if stands_in_posture
+                    && is_near(&here.joints, &joints)
+                    && self.is_continuous(&here, &knot, posture)
+                {
                     if at - here.at > finest * FINEST_BEND
                         && self.bends(&here, at, &joints, posture)
                     {
@@ -111,6 +136,10 @@ impl Track<'_> {
                         continue;
                     }
                     self.check(at, &joints)?;
+                    for inside in INSIDE {
+                        let joints = between(self.path, &here, &knot, inside);
+                        self.check(here.at + inside * (at - here.at), &joints)?;
+                    }
                     knots.push(here);
                     let extent = here.extent + at - here.at;
                     here = Knot { at, extent, joints, next: Stretch::Follow(posture) };
@@ -118,13 +147,61 @@ impl Track<'_> {
                 } else if at - here.at > finest {
                     pending.push(0.5 * (here.at + at));
                 } else {
-                    (here, posture) = self.cross(here, posture, finest, &mut knots)?;
+                    let entry =
+                        if stands_in_posture { None } else { self.enter(&here, posture, finest) };
+                    (here, posture) = match entry {
+                        Some((knot, there)) => {
+                            knots.push(knot);
+                            (there, posture)
+                        }
+                        None => self.cross(here, posture, finest, &mut knots)?,
+                    };
                     while pending.pop_if(|at| *at <= here.at).is_some() {}
                 }
             }
         }
         knots.push(here);
         Ok(knots)
+    }
+
+    /// From a start just outside `posture` into it, joints held that would have to turn by half a
+    /// turn to be in it at once.
+    fn enter(&self, here: &Knot, posture: Posture, finest: f64) -> Option<(Knot, Knot)> {
+        let actual = Posture::exactly_of(&here.joints);
+        let bridge = Bridge {
+            waist: actual.shoulder != posture.shoulder,
+            forearm: actual.wrist != posture.wrist,
+        };
+        let from = Knot { next: Stretch::Cross(posture, bridge), ..*here };
+        core::iter::successors(Some(1.0), |stretches| Some(2.0 * stretches))
+            .take_while(|stretches| *stretches <= LONGEST_ENTRY && stretches * finest < 1.0)
+            .find_map(|stretches| {
+                let at = here.at + stretches * finest;
+                let joints = self.solve(at, posture, &here.joints)?;
+                let extent = here.extent + at - here.at;
+                let to = Knot { at, extent, joints, next: Stretch::Follow(posture) };
+                let fits = is_near(&here.joints, &joints)
+                    && self.limits.check(&joints).is_ok()
+                    && INSIDE.iter().all(|inside| self.is_on_line(&from, &to, *inside));
+                fits.then_some((from, to))
+            })
+    }
+
+    fn is_on_line(&self, from: &Knot, to: &Knot, fraction: f64) -> bool {
+        let joints = between(self.path, from, to, fraction);
+        let wanted = self.path.flange_at(from.at + fraction * (to.at - from.at));
+        let reached = forward(&joints);
+        let miss = reached.position.distance(wanted.position).max(reached.angle_to(&wanted));
+        miss < ENTRY_MISS && is_near(&from.joints, &joints) && self.limits.check(&joints).is_ok()
+    }
+
+    /// Whether `posture` holds all the way: a line may leave it and be back at the next knot.
+    fn is_continuous(&self, here: &Knot, there: &Knot, posture: Posture) -> bool {
+        INSIDE.iter().all(|inside| {
+            let at = here.at + inside * (there.at - here.at);
+            self.solve(at, posture, &here.joints)
+                .is_some_and(|joints| is_near(&here.joints, &joints))
+        })
     }
 
     /// Goes on from `here` through the singularity that lies just ahead, as far as it takes to be
@@ -282,7 +359,7 @@ pub(super) fn between(path: &LinearPath, from: &Knot, to: &Knot, fraction: f64) 
     }
     let at = from.at + fraction * (to.at - from.at);
     let solved = match from.next {
-        Stretch::Follow(posture) => solve(&path.flange_at(at), posture, &middle),
+        Stretch::Follow(posture) => follow(&path.flange_at(at), posture, &middle),
         Stretch::Cross(posture, bridge) => {
             solve_across(&path.flange_at(at), posture, bridge, &middle)
         }
@@ -295,6 +372,25 @@ pub(super) fn between(path: &LinearPath, from: &Knot, to: &Knot, fraction: f64) 
         }
         None => middle,
     }
+}
+
+/// The solution in `posture`, or the one beside `middle` where a singularity makes joint 1 or 4 of
+/// it stray: then these are held. Continuous in what the solution strays by.
+fn follow(flange: &Pose, posture: Posture, middle: &Joints) -> Option<Joints> {
+    let joints = solve(flange, posture, middle)?;
+    let strays = |index: usize| (joints[index] - middle[index]).abs() > STRAY_DEG;
+    let bridge = Bridge { waist: strays(0), forearm: strays(3) };
+    if !(bridge.waist || bridge.forearm) {
+        return Some(joints);
+    }
+    let mut held = *middle;
+    for index in [0, 3] {
+        let stray = joints[index] - middle[index];
+        // As far again beyond the allowance, nothing of it is left.
+        let kept = stray.abs().min((2.0 * STRAY_DEG - stray.abs()).max(0.0));
+        held[index] += kept * stray.signum();
+    }
+    solve_across(flange, posture, bridge, &held)
 }
 
 fn is_near(a: &Joints, b: &Joints) -> bool {
