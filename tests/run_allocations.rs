@@ -12,7 +12,9 @@ use fieldarm::run::recording::Recording;
 use fieldarm::run::runner::Runner;
 use fieldarm::time::{Duration, Instant};
 use fieldarm::wire::meca500::command::MotionCommandId;
-use fieldarm::wire::meca500::image::{INPUT_LEN, InputImage, OutputImage, RobotStatusFlags};
+use fieldarm::wire::meca500::image::{
+    INPUT_LEN, InputImage, MotionStatusFlags, OutputImage, RobotStatusFlags,
+};
 use fieldarm::wire::meca500::revision::Revision;
 use fieldarm::wire::order::{Big, ByteOrder};
 
@@ -37,6 +39,7 @@ impl CyclicLink for Acknowledging {
         let ready = RobotStatusFlags::ACTIVATED | RobotStatusFlags::HOMED;
         image.robot_status.flags.set(ready);
         image.motion_status.fifo_space.set(13_000);
+        image.motion_status.flags.set(MotionStatusFlags::EOB | MotionStatusFlags::EOM);
         image.motion_status.move_id.set(outputs.motion_control.move_id.get());
         let command = MotionCommandId(outputs.motion_command.motion_command_id.get());
         if command == MotionCommandId::SET_CHECKPOINT {
@@ -61,8 +64,9 @@ struct Attentive {
 }
 
 impl Observer for Attentive {
+    /// A run that does not end is interrupted, so that the test fails instead of hanging.
     fn is_interrupted(&mut self) -> bool {
-        false
+        self.looks > 1_000
     }
 
     fn event(&mut self, _event: &Event, _step: Option<usize>) {
