@@ -8,5 +8,3 @@ pub mod dynamic;
 pub mod image;
 pub mod revision;
 pub mod text;
-
-pub use revision::Revision;
