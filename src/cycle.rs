@@ -51,6 +51,34 @@ pub trait CyclicLink {
     ) -> Result<InputQuality, Self::Error>;
 }
 
+/// The PLC's end of a cyclic bus that carries several robots in one exchange.
+///
+/// One cycle is: [`write_outputs`](Self::write_outputs) for each robot, one
+/// [`exchange`](Self::exchange), [`read_inputs`](Self::read_inputs) for each robot.
+pub trait CyclicSegment {
+    /// Why an exchange cannot be made at all, now or ever again.
+    type Error;
+
+    /// Number of robots on the segment; they are numbered from 0.
+    fn robot_count(&self) -> usize;
+
+    /// Sets the outputs that the next exchange sends to `robot`; they stay until set again. Without
+    /// such a robot, or with a slice of the wrong length, nothing happens.
+    fn write_outputs(&mut self, robot: usize, outputs: &[u8]);
+
+    /// One bus cycle for all robots; `now` as in [`CyclicLink::exchange`].
+    ///
+    /// # Errors
+    ///
+    /// A transport failure the link cannot recover from by itself.
+    fn exchange(&mut self, now: Instant) -> Result<(), Self::Error>;
+
+    /// Copies the newest good inputs of `robot` and says how good they are. Without such a robot,
+    /// or with a slice of the wrong length, nothing is copied and the answer is
+    /// [`InputQuality::Lost`].
+    fn read_inputs(&self, robot: usize, inputs: &mut [u8]) -> InputQuality;
+}
+
 /// The robot's end of a cyclic bus: what a virtual robot offers to any bus.
 pub trait CyclicDevice {
     /// Length of the output image in bytes (60 for a Meca500).

@@ -16,6 +16,7 @@ extern crate alloc;
 #[macro_use]
 extern crate std;
 
+pub mod bus;
 #[cfg(feature = "cli")]
 pub mod cli;
 pub mod cycle;

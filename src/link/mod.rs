@@ -8,3 +8,5 @@
 
 pub mod clock;
 pub mod direct;
+#[cfg(feature = "ethercat")]
+pub mod ethercat;

@@ -4,6 +4,7 @@
 //! [`meca500::image`].
 
 mod error;
+pub mod ethercat;
 pub mod meca500;
 pub mod order;
 

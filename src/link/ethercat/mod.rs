@@ -1,0 +1,5 @@
+//! EtherCAT: the main device's end on the crate `ethercrab`, and the wires it can run on.
+//!
+//! Read [`wire`] first: all that the link knows of the outside world.
+
+pub mod wire;

@@ -1,0 +1,6 @@
+//! EtherCAT on the wire: frames and datagrams, registers, the mailbox, CoE, the SII.
+//!
+//! Everything here is little-endian, whatever the byte order of the robot's images. Read [`al`]
+//! first: the states every subdevice goes through.
+
+pub mod al;
