@@ -4,3 +4,7 @@
 //! first: the states every subdevice goes through.
 
 pub mod al;
+pub mod command;
+pub mod frame;
+pub mod register;
+pub mod sii;
