@@ -192,7 +192,7 @@ impl Clock {
         let passed = self.next_sync0.map_or(0, |next| system.saturating_sub(next));
         self.next_sync0 = match passed.checked_div(cycle) {
             Some(cycles) => {
-                self.next_sync0.map(|next| next.saturating_add((cycles + 1).saturating_mul(cycle)))
+                self.next_sync0.map(|next| next.saturating_add(cycles.saturating_add(1).saturating_mul(cycle)))
             }
             None => Some(u64::MAX),
         };
