@@ -146,3 +146,98 @@ fn a_device_without_distributed_clock_reaches_op() {
 fn an_sii_that_reads_8_bytes_is_understood() {
     bring_up(1, Settings { sii_reads_8_bytes: true, ..Settings::default() });
 }
+
+/// Devices whose clocks start and run apart, far from each other on the wire.
+fn apart() -> Vec<Settings> {
+    [(400, 0, 0), (900, 7_000_000_000, 30_000), (1_500, 123_456, -50_000)]
+        .map(|(delay_ns, clock_start_ns, clock_drift_ppb)| Settings {
+            line_delay: Duration::from_nanos(delay_ns),
+            clock_start_ns,
+            clock_drift_ppb,
+            ..Settings::default()
+        })
+        .to_vec()
+}
+
+#[test]
+fn clocks_are_aligned_and_sync0_drives_the_cycle() {
+    let (main, mut wire) = join(0, Settings::default());
+    wire.bench.line = apart().into_iter().map(ethercat_support::device).collect();
+    let clock = wire.clock.clone();
+    let now = move || clock.load(Ordering::Relaxed);
+    let mut group: SubDeviceGroup<4, 64> =
+        wire.run(main.init_single_group::<4, 64>(&now)).expect("INIT to PRE-OP");
+    let delays: Vec<u32> = group.iter(&main).map(|device| device.propagation_delay()).collect();
+    assert_eq!(delays, [0, 900, 2_400]);
+    for mut device in group.iter_mut(&main) {
+        device.set_dc_sync(DcSync::Sync0);
+    }
+    let group = wire.run(group.into_pre_op_pdi(&main)).expect("PRE-OP with image");
+    wire.pace = Duration::from_millis(2);
+    for _ in 0..2_000 {
+        wire.run(group.tx_rx_sync_system_time(&main)).expect("alignment");
+    }
+    let spread = |wire: &Wire| {
+        let at = wire.bench.now;
+        let times: Vec<u64> =
+            wire.bench.line.iter().map(|device| device.system_time(at).unwrap()).collect();
+        times.iter().map(|time| time.abs_diff(times[0])).max().unwrap()
+    };
+    assert!(spread(&wire) < 50, "{} ns apart", spread(&wire));
+    let configuration = DcConfiguration {
+        start_delay: Duration::from_millis(100),
+        sync0_period: Duration::from_millis(2),
+        sync0_shift: Duration::from_millis(1),
+    };
+    let group = wire.run(group.configure_dc_sync(&main, configuration)).expect("SYNC0");
+    let group = wire.run(group.into_safe_op(&main)).expect("SAFE-OP");
+    let group = wire.run(group.request_into_op(&main)).expect("request for OP");
+    let mut waits = Vec::new();
+    for cycle in 0..500_u32 {
+        for device in group.iter(&main) {
+            device.outputs_raw_mut().fill(cycle as u8);
+        }
+        let result = wire.run(group.tx_rx_dc(&main)).expect("cycle");
+        assert_eq!(result.working_counter, 9);
+        let info: CycleInfo = result.extra;
+        waits.push(info.next_cycle_wait);
+        // The next frame leaves when ethercrab says so.
+        wire.pace = info.next_cycle_wait;
+        if cycle == 400 {
+            for device in &mut wire.bench.line {
+                device.application_mut().cycles.clear();
+            }
+        }
+    }
+    // The frames sit at the shift behind SYNC0, one a period.
+    for wait in &waits[100..] {
+        assert!(wait.abs_diff(Duration::from_millis(2)) < Duration::from_micros(1), "{wait:?}");
+    }
+    for device in &wire.bench.line {
+        assert_eq!(device.state(), AlState::Op);
+        let cycles = &device.application().cycles;
+        assert_eq!(cycles.len(), 99, "one a SYNC0");
+        assert!(cycles.iter().all(|(_, outputs)| outputs.is_some()));
+    }
+    assert!(spread(&wire) < 50, "{} ns apart", spread(&wire));
+}
+
+#[test]
+fn ethercrab_reads_the_fall_to_safe_op() {
+    let (main, mut wire) = join(1, Settings::default());
+    let clock = wire.clock.clone();
+    let now = move || clock.load(Ordering::Relaxed);
+    let group: SubDeviceGroup<4, 64> =
+        wire.run(main.init_single_group::<4, 64>(&now)).expect("INIT to PRE-OP");
+    let group = wire.run(group.into_safe_op(&main)).expect("SAFE-OP");
+    let group = wire.run(group.request_into_op(&main)).expect("request for OP");
+    wire.run(group.tx_rx(&main)).expect("cycle");
+    assert_eq!(wire.bench.line[0].state(), AlState::Op);
+    wire.bench.millis(102);
+    let device = group.subdevice(&main, 0).unwrap();
+    let answer = wire.run(device.status());
+    let expected = ethercrab::error::Error::SubDevice(ethercrab::AlStatusCode::SyncManagerWatchdog);
+    assert_eq!(answer.map(|_| ()), Err(expected));
+    assert_eq!(wire.bench.line[0].state(), AlState::SafeOp);
+    assert_eq!(wire.bench.line[0].error(), Some(AlStatusCode::SYNC_MANAGER_WATCHDOG));
+}

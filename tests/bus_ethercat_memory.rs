@@ -16,9 +16,8 @@ fn set_fmmu(
 ) {
     let [l0, l1, l2, l3] = logical.to_le_bytes();
     let ([n0, n1], [p0, p1]) = (length.to_le_bytes(), physical.to_le_bytes());
-    let bytes = [
-        l0, l1, l2, l3, n0, n1, start_bit, end_bit, p0, p1, physical_bit, kind, 1, 0, 0, 0,
-    ];
+    let bytes =
+        [l0, l1, l2, l3, n0, n1, start_bit, end_bit, p0, p1, physical_bit, kind, 1, 0, 0, 0];
     assert_eq!(bench.write(0x0600 + 16 * index, &bytes), 1);
 }
 

@@ -29,9 +29,8 @@ fn read_at(bench: &mut Bench, index: u16, register: u16, length: usize) -> (Vec<
 #[test]
 fn a_device_that_leaves_takes_those_behind_it_along() {
     let mut bench = Bench::new(4, Settings::default());
-    let count = |bench: &mut Bench| {
-        bench.ask(Command::Brd { counter: 0, register: 0x0000 }, &[0]).1
-    };
+    let count =
+        |bench: &mut Bench| bench.ask(Command::Brd { counter: 0, register: 0x0000 }, &[0]).1;
     assert_eq!(count(&mut bench), 4);
     bench.line[2].application_mut().on_bus = false;
     assert_eq!(count(&mut bench), 2);
@@ -171,10 +170,7 @@ fn a_builder_says_what_does_not_fit() {
         FrameFull { needed: 16, room: 15 }
     );
     let mut builder = FrameBuilder::new(&mut small, SOURCE).unwrap();
-    assert_eq!(
-        builder.push(Command::Nop, 0, &[0; 13]),
-        Err(FrameFull { needed: 25, room: 24 })
-    );
+    assert_eq!(builder.push(Command::Nop, 0, &[0; 13]), Err(FrameFull { needed: 25, room: 24 }));
     builder.push(Command::Nop, 0, &[0; 12]).unwrap();
     assert!(builder.push(Command::Nop, 0, &[]).is_err());
     assert_eq!(builder.finish(), 40);

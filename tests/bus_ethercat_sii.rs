@@ -104,11 +104,7 @@ fn pdo_categories_hold_what_the_caller_gives() {
 
 fn many(count: usize) -> impl Iterator<Item = Pdo<impl Iterator<Item = PdoEntry>>> {
     let entry = |sub_index| PdoEntry { index: 0x6000, sub_index, data_type: 7, bits: 32 };
-    (0..count).map(move |_| Pdo {
-        index: 0x1A00,
-        sync_manager: 3,
-        entries: (1..=10).map(entry),
-    })
+    (0..count).map(move |_| Pdo { index: 0x1A00, sync_manager: 3, entries: (1..=10).map(entry) })
 }
 
 #[test]

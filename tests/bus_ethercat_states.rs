@@ -146,9 +146,10 @@ fn a_device_without_outputs_needs_none() {
     assert_eq!(bench.request(8), (0x08, 0));
     bench.millis(5);
     let cycles = &bench.line[0].application().cycles;
-    assert!(cycles.len() >= 5 && cycles.iter().all(|(_, outputs)| {
-        outputs.as_ref().is_none_or(Vec::is_empty)
-    }));
+    assert!(
+        cycles.len() >= 5
+            && cycles.iter().all(|(_, outputs)| { outputs.as_ref().is_none_or(Vec::is_empty) })
+    );
     // Nor may it have any.
     let mut bench = in_state(2);
     bench.line[0].application_mut().output_len = 0;
