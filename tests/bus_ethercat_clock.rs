@@ -198,7 +198,7 @@ fn start_sync0(bench: &mut Bench, start: u64, cycle_ns: u32) {
 fn exact() -> Bench {
     let mut bench = Bench::new(0, Settings::default());
     bench.line = vec![device(settings(0, 0, 0))];
-    bench.to_pre_op();
+    bench.bring_to_pre_op();
     bench.set_sync_manager(2, true);
     bench.set_sync_manager(3, true);
     bench

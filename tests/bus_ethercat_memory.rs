@@ -104,7 +104,7 @@ fn a_part_of_a_mapping_is_reached_by_a_part_of_a_datagram() {
 #[test]
 fn the_state_of_the_mailbox_can_be_mapped() {
     let mut bench = Bench::single();
-    bench.to_pre_op();
+    bench.bring_to_pre_op();
     // Bit 3 of 080Dh is "full" of sync manager 1.
     set_fmmu(&mut bench, 2, (0x09, 1), (0, 0), (0x080D, 3), READ);
     assert_eq!(bench.ask(Command::Lrd { address: 0x09 }, &[0]), (vec![0], 1));
@@ -151,7 +151,7 @@ fn a_full_mailbox_refuses_and_an_empty_one_has_nothing() {
 #[test]
 fn a_mailbox_is_full_when_its_last_byte_is_written_and_empty_when_it_is_read() {
     let mut bench = Bench::single();
-    bench.to_pre_op();
+    bench.bring_to_pre_op();
     assert_eq!(bench.write(0x1004, &[1]), 0, "not open yet");
     assert_eq!(bench.write(0x1000, &[0x10; 16]), 1);
     assert_eq!(bench.write(0x1010, &[0x20; 15]), 1);
@@ -171,7 +171,7 @@ fn a_mailbox_is_full_when_its_last_byte_is_written_and_empty_when_it_is_read() {
 #[test]
 fn two_writes_in_one_frame_find_the_mailbox_full() {
     let mut bench = Bench::single();
-    bench.to_pre_op();
+    bench.bring_to_pre_op();
     let write = Command::Apwr { position: 0, register: 0x1000 };
     let answers = bench.ask_all(&[(write, &[1; 32]), (write, &[2; 32])]);
     assert_eq!((answers[0].1, answers[1].1), (1, 0));
@@ -187,7 +187,7 @@ fn ask_repeat(bench: &mut Bench, bit: u8) {
 #[test]
 fn the_last_datagram_comes_again_on_request() {
     let mut bench = Bench::single();
-    bench.to_pre_op();
+    bench.bring_to_pre_op();
     ask_repeat(&mut bench, 1);
     assert_eq!(bench.read(0x1080, 32).1, 0, "nothing to repeat");
     bench.write(0x1000, &[0x01; 32]);
@@ -208,7 +208,7 @@ fn the_last_datagram_comes_again_on_request() {
 #[test]
 fn outputs_are_taken_whole_or_not_at_all() {
     let mut bench = Bench::single();
-    bench.to_op();
+    bench.bring_to_op();
     let cycles = bench.line[0].application().cycles.len();
     assert_eq!(bench.write(0x1101, &[9, 9, 9]), 0, "the first byte opens");
     assert_eq!(bench.write(0x1100, &[1, 2]), 1);
@@ -223,7 +223,7 @@ fn outputs_are_taken_whole_or_not_at_all() {
 #[test]
 fn inputs_stay_whole_while_they_are_read_in_parts() {
     let mut bench = Bench::single();
-    bench.to_op();
+    bench.bring_to_op();
     bench.write(0x1100, &[1, 1, 1, 1]);
     let (first, counter) = bench.read(0x1400, 3);
     assert_eq!((first[1..].to_vec(), counter), (vec![1, 1], 1));

@@ -231,7 +231,7 @@ proptest! {
         )
     ) {
         let mut bench = Bench::new(2, Settings::default());
-        bench.to_safe_op();
+        bench.bring_to_safe_op();
         for (code, device, register, data, nanos) in steps {
             let device = if device % 2 == 0 { 0 } else { device };
             let [[a, b], [c, d]] = [device.to_le_bytes(), register.to_le_bytes()];

@@ -13,9 +13,9 @@ fn in_state(state: u16) -> Bench {
     bench.write_u16(0x0420, 0);
     match state {
         1 => {}
-        2 => bench.to_pre_op(),
-        4 => bench.to_safe_op(),
-        8 => bench.to_op(),
+        2 => bench.bring_to_pre_op(),
+        4 => bench.bring_to_safe_op(),
+        8 => bench.bring_to_op(),
         _ => panic!("no such state"),
     }
     bench
@@ -230,7 +230,7 @@ fn a_sync_manager_switched_off_takes_the_state_with_it() {
 #[test]
 fn outputs_that_stop_end_op() {
     let mut bench = Bench::single();
-    bench.to_op();
+    bench.bring_to_op();
     assert_eq!(bench.read_u16(0x0440), 1);
     for _ in 0..20 {
         bench.millis(90);
@@ -257,7 +257,7 @@ fn outputs_that_stop_end_op() {
 fn the_watchdog_follows_its_registers() {
     // (9998 + 2) * 40 ns = 400 us, times 10 = 4 ms.
     let mut bench = Bench::single();
-    bench.to_op();
+    bench.bring_to_op();
     bench.write_u16(0x0400, 9_998);
     bench.write_u16(0x0420, 10);
     bench.write(0x1100, &[0; OUTPUTS]);
@@ -267,7 +267,7 @@ fn the_watchdog_follows_its_registers() {
     assert_eq!(bench.line[0].state(), AlState::SafeOp);
     // Zero switches it off; the outputs are held.
     let mut bench = Bench::single();
-    bench.to_op();
+    bench.bring_to_op();
     bench.write_u16(0x0420, 0);
     bench.write(0x1100, &[3; OUTPUTS]);
     bench.millis(10_000);
@@ -275,7 +275,7 @@ fn the_watchdog_follows_its_registers() {
     assert_eq!(bench.line[0].application().cycles.last().unwrap().1, Some(vec![3; OUTPUTS]));
     // A sync manager that does not feed it is not watched.
     let mut bench = Bench::single();
-    bench.to_pre_op();
+    bench.bring_to_pre_op();
     bench.write_sync_manager(2, 0x1100, OUTPUTS as u16, 0x24, true);
     bench.set_sync_manager(3, true);
     assert_eq!(bench.request(4), (4, 0));
@@ -353,7 +353,7 @@ fn a_power_cycle_forgets_all_but_the_sii() {
     assert_eq!(bench.read(0x0600, 16).0, [0; 16]);
     assert_eq!(bench.read(0x0800, 8).0[6], 0);
     assert_eq!(bench.read_u16(0x0420), 0x03E8);
-    bench.to_op();
+    bench.bring_to_op();
 }
 
 #[test]
