@@ -4,3 +4,4 @@
 //! first: the states every subdevice goes through.
 
 pub mod al;
+pub mod identity;
