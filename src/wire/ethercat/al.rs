@@ -85,3 +85,9 @@ impl AlStatusCode {
     /// The PDO assignment or mapping does not fit.
     pub const INVALID_PROCESS_DATA_MAPPING: Self = Self(0x0025);
 }
+
+impl core::fmt::Display for AlStatusCode {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "{:#06x}", self.0)
+    }
+}
