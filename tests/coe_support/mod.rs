@@ -9,14 +9,14 @@ use fieldarm::time::Instant;
 use fieldarm::wire::ethercat::al::AlState;
 
 /// Length of the robot's mailboxes in bytes.
-pub const MAILBOX: usize = 128;
+pub(crate) const MAILBOX: usize = 128;
 
 /// A device that writes fixed inputs and keeps the outputs it was given.
 #[derive(Debug)]
-pub struct Still {
-    pub inputs: [u8; 252],
-    pub outputs: Option<Vec<u8>>,
-    pub on_bus: bool,
+pub(crate) struct Still {
+    pub(crate) inputs: [u8; 252],
+    pub(crate) outputs: Option<Vec<u8>>,
+    pub(crate) on_bus: bool,
 }
 
 impl CyclicDevice for Still {
@@ -33,10 +33,10 @@ impl CyclicDevice for Still {
     }
 }
 
-pub type Firmware = Meca500Application<Still>;
+pub(crate) type Firmware = Meca500Application<Still>;
 
 /// A robot whose input byte `n` holds `n`.
-pub fn firmware(settings: Meca500Settings) -> Firmware {
+pub(crate) fn firmware(settings: Meca500Settings) -> Firmware {
     let mut inputs = [0; 252];
     for (byte, n) in inputs.iter_mut().zip(0..) {
         *byte = n;
@@ -48,7 +48,7 @@ pub fn firmware(settings: Meca500Settings) -> Firmware {
     firmware
 }
 
-pub fn bytes(hex: &str) -> Vec<u8> {
+pub(crate) fn bytes(hex: &str) -> Vec<u8> {
     let digits: Vec<char> = hex.chars().filter(|c| !c.is_whitespace()).collect();
     assert!(digits.len() % 2 == 0, "an odd number of digits: {hex}");
     digits
@@ -57,12 +57,12 @@ pub fn bytes(hex: &str) -> Vec<u8> {
         .collect()
 }
 
-pub fn hex(bytes: &[u8]) -> String {
+pub(crate) fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02X}")).collect::<Vec<_>>().join(" ")
 }
 
 /// Sends `datagram` (filled up to the mailbox's length) and returns the answer.
-pub fn ask_bytes(
+pub(crate) fn ask_bytes(
     firmware: &mut impl Application,
     state: AlState,
     datagram: &[u8],
@@ -74,7 +74,7 @@ pub fn ask_bytes(
 }
 
 /// The next datagram from the firmware.
-pub fn fetch(firmware: &mut impl Application, room: usize) -> Option<Vec<u8>> {
+pub(crate) fn fetch(firmware: &mut impl Application, room: usize) -> Option<Vec<u8>> {
     let mut room = vec![0xAA; room];
     let len = firmware.next_mailbox(&mut room)?;
     room.truncate(len);
@@ -82,7 +82,7 @@ pub fn fetch(firmware: &mut impl Application, room: usize) -> Option<Vec<u8>> {
 }
 
 /// Wraps service data of CoE into a datagram without a counter.
-pub fn coe(data: &[u8]) -> Vec<u8> {
+pub(crate) fn coe(data: &[u8]) -> Vec<u8> {
     let mut datagram = u16::try_from(data.len()).unwrap().to_le_bytes().to_vec();
     datagram.extend([0, 0, 0, 3]);
     datagram.extend(data);
@@ -90,17 +90,17 @@ pub fn coe(data: &[u8]) -> Vec<u8> {
 }
 
 /// Sends CoE service data in PRE-OP; returns the answer's, its mailbox header checked and cut off.
-pub fn ask(firmware: &mut impl Application, data: &str) -> String {
+pub(crate) fn ask(firmware: &mut impl Application, data: &str) -> String {
     ask_in(firmware, AlState::PreOp, data)
 }
 
-pub fn ask_in(firmware: &mut impl Application, state: AlState, data: &str) -> String {
+pub(crate) fn ask_in(firmware: &mut impl Application, state: AlState, data: &str) -> String {
     let answer = ask_bytes(firmware, state, &coe(&bytes(data))).expect("an answer");
     hex(service_data(&answer))
 }
 
 /// The service data of a CoE datagram from the firmware.
-pub fn service_data(answer: &[u8]) -> &[u8] {
+pub(crate) fn service_data(answer: &[u8]) -> &[u8] {
     let (header, data) = answer.split_at(6);
     assert_eq!(usize::from(u16::from_le_bytes([header[0], header[1]])), data.len());
     assert_eq!(header[2..5], [0, 0, 0], "address, channel, priority");
@@ -110,7 +110,7 @@ pub fn service_data(answer: &[u8]) -> &[u8] {
 }
 
 /// Asserts one answer after another: request, answer.
-pub fn dialogue(firmware: &mut impl Application, steps: &[(&str, &str)]) {
+pub(crate) fn dialogue(firmware: &mut impl Application, steps: &[(&str, &str)]) {
     for (step, (request, answer)) in steps.iter().enumerate() {
         assert_eq!(ask(firmware, request), *answer, "step {step}: {request}");
     }
