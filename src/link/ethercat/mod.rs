@@ -2,6 +2,7 @@
 //!
 //! Read [`wire`] first: all that the link knows of the outside world.
 
+mod borrowed;
 mod care;
 mod coe;
 mod driver;
@@ -11,6 +12,7 @@ mod exchange;
 mod group;
 mod in_flight;
 pub mod layout;
+pub mod memory;
 mod monitor;
 mod pdu_core;
 mod register;
@@ -23,6 +25,7 @@ mod start;
 mod statistics;
 pub mod wire;
 
+pub use borrowed::GroupRobot;
 pub use driver::FrameCounters;
 pub use error::{EthercatError, Step};
 pub use event::{EventKind, SegmentEvent};
