@@ -77,7 +77,7 @@ impl LinkChoice {
     pub(super) const fn sim_byte_order(&self) -> OrderName {
         match self {
             Self::Sim => OrderName::Big,
-            // As seen on EtherCAT.
+            // As seen on a real robot; the manual says big.
             Self::EthercatSim | Self::Ethercat { .. } => OrderName::Little,
         }
     }
@@ -126,6 +126,16 @@ mod tests {
             assert_eq!(LinkChoice::parse(text), Ok(choice.clone()), "{text}");
             assert_eq!(choice.to_string(), text);
         }
+    }
+
+    #[test]
+    fn virtual_robots_speak_as_robots_on_that_link_do() {
+        for (text, order) in [("sim", OrderName::Big), ("ethercat-sim", OrderName::Little)] {
+            let link = LinkChoice::parse(text).expect(text);
+            assert_eq!(link.sim_byte_order(), order, "{text}");
+            assert!(link.is_in_process(), "{text}");
+        }
+        assert!(!LinkChoice::parse("ethercat:eth0").is_ok_and(|link| link.is_in_process()));
     }
 
     #[test]

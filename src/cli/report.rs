@@ -86,7 +86,7 @@ pub struct ReportedOutcome {
     /// `velocity_stopped`, `held_back`, `monitoring_only`, `rebooted`, `refused`,
     /// `connection_lost`, `not_connected`, `implausible_inputs`, `byte_order_undecidable` or `fault`.
     pub end: &'static str,
-    /// Exit code of the command.
+    /// Exit code that the command has for it; of several robots the worst decides.
     pub exit_code: u8,
     /// The robot's error code.
     pub robot_error: Option<u16>,

@@ -12,10 +12,10 @@ use crate::wire::meca500::revision::Revision;
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Virtual robots (--link sim, --link ethercat-sim)")]
 pub(super) struct SimArgs {
-    /// Byte order that the virtual robots speak [default: big; little behind ethercat-sim].
+    /// Byte order that the virtual robots speak; without it big behind sim, little behind ethercat-sim.
     #[arg(long, value_enum, value_name = "ORDER")]
     sim_byte_order: Option<OrderName>,
-    /// Tool on their flanges [default: megp25e].
+    /// Tool on their flanges; without it megp25e.
     #[arg(long, value_enum, value_name = "TOOL")]
     sim_tool: Option<ToolName>,
 }

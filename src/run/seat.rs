@@ -5,7 +5,7 @@
 //! ```
 //!
 //! Invariants: an outcome stays, except that a good one turns into a failed link when the safe outputs
-//! behind it could not be sent; [`Seat::after_turn`] does not allocate.
+//! behind it could not be sent; nothing in a cycle allocates.
 
 use super::drive::{Observer, Progress, RELEASE_CYCLES};
 use super::observation::Observation;
