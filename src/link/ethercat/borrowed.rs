@@ -83,8 +83,7 @@ impl GroupRobot {
         inputs: &mut [u8],
     ) -> InputQuality {
         let state = response.and_then(|response| response.subdevice_states.get(self.index));
-        let adds_up =
-            response.is_some_and(|response| response.working_counter == working_counter);
+        let adds_up = response.is_some_and(|response| response.working_counter == working_counter);
         self.quality = match (state, self.quality) {
             (Some(SubDeviceState::Op), _) if adds_up => InputQuality::Fresh,
             (Some(SubDeviceState::Op) | None, InputQuality::Fresh) => {

@@ -263,8 +263,7 @@ impl Carer {
             .send_receive::<[u8; 6]>(main_device, [command_low, command_high, low, high, 0, 0])
             .await?;
         for _ in 0..SII_LOOKS {
-            let control =
-                Command::fprd(station, SII_CONTROL).receive::<u16>(main_device).await?;
+            let control = Command::fprd(station, SII_CONTROL).receive::<u16>(main_device).await?;
             if control & SII_BUSY == 0 {
                 return Command::fprd(station, SII_DATA).receive::<u32>(main_device).await;
             }
@@ -305,4 +304,3 @@ impl Carer {
         Ok(())
     }
 }
-

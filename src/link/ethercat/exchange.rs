@@ -66,8 +66,7 @@ pub(super) fn exchange_groups<W: Wire, T>(
     task: &mut Option<LongTask<T>>,
 ) -> (Replies, Option<T>) {
     let mut replies = [None; MAX_GROUPS];
-    let outcome =
-        chain(driver, main_device, groups, &mut replies, deadline, &mut Nothing, task);
+    let outcome = chain(driver, main_device, groups, &mut replies, deadline, &mut Nothing, task);
     (replies, outcome)
 }
 

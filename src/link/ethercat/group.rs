@@ -16,8 +16,7 @@ pub(super) const GROUP_ROBOTS: usize = 4;
 /// Process data of a group in bytes, so that it never needs a second frame.
 pub(super) const GROUP_BYTES: usize = 1_400;
 
-pub(super) type Group<S, DC = NoDc> =
-    SubDeviceGroup<GROUP_ROBOTS, GROUP_BYTES, DefaultLock, S, DC>;
+pub(super) type Group<S, DC = NoDc> = SubDeviceGroup<GROUP_ROBOTS, GROUP_BYTES, DefaultLock, S, DC>;
 
 /// A group whose process data are exchanged.
 pub(super) enum RobotGroup {
@@ -52,11 +51,7 @@ impl GroupReply {
         for (state, found) in states.iter_mut().zip(&response.subdevice_states) {
             *state = u8::from(*found);
         }
-        Self {
-            working_counter: response.working_counter,
-            states,
-            clock: clock(&response.extra),
-        }
+        Self { working_counter: response.working_counter, states, clock: clock(&response.extra) }
     }
 }
 

@@ -10,19 +10,16 @@
 
 use std::vec::Vec;
 
-use crate::wire::meca500::image::{
-    Field, FieldType, FirmwareLayout, INPUT_FIELDS, INPUT_LEN, OUTPUT_FIELDS, OUTPUT_LEN,
-};
+use crate::wire::meca500::image::pdo::{PdoEntry, PdoLayout, Pdos, input_pdos, output_pdos};
+use crate::wire::meca500::image::{Field, FirmwareLayout, INPUT_LEN, OUTPUT_LEN, Support};
 
 /// Objects without which a robot is not driven: control, commands, state, joints and safety. The
 /// others may be missing from an assignment.
 ///
 /// Source: choice.
-const ESSENTIAL: [u16; 8] =
-    [0x7200, 0x7310, 0x7305, 0x7306, 0x6010, 0x6015, 0x6030, 0x6065];
+const ESSENTIAL: [u16; 8] = [0x7200, 0x7310, 0x7305, 0x7306, 0x6010, 0x6015, 0x6030, 0x6065];
 
-/// The object whose first sub-index is 32 bits wide in firmware 10.2: reached and discarded
-/// checkpoint were one number.
+/// The object that tells 10.2 from 11.3: its checkpoint was one number of 32 bits, and became two.
 const MOTION_STATUS: u16 = 0x6015;
 
 /// Most runs of a layout that is not the table's own; more would be no image of a Meca500.
@@ -60,12 +57,12 @@ pub enum Direction {
 }
 
 impl Direction {
-    /// The rows of our table.
+    /// Our table's PDOs, as this firmware has them.
     #[must_use]
-    pub const fn fields(self) -> &'static [Field] {
+    pub fn table(self, layout: PdoLayout) -> Pdos {
         match self {
-            Self::Outputs => &OUTPUT_FIELDS,
-            Self::Inputs => &INPUT_FIELDS,
+            Self::Outputs => output_pdos(layout),
+            Self::Inputs => input_pdos(layout),
         }
     }
 
@@ -89,9 +86,7 @@ impl Direction {
 
     /// The PDOs of our image in order.
     pub fn pdos(self) -> impl Iterator<Item = u16> {
-        let fields = self.fields();
-        let before = [None].into_iter().chain(fields.iter().map(|field| Some(field.pdo)));
-        fields.iter().zip(before).filter(|(field, before)| Some(field.pdo) != *before).map(|(f, _)| f.pdo)
+        self.table(PdoLayout::V11_3).map(|pdo| pdo.index)
     }
 }
 
@@ -122,13 +117,13 @@ pub enum LayoutMismatch {
         /// Name of the field in our table.
         name: &'static str,
         /// Bits in our table.
-        expected: u16,
+        expected: u8,
         /// Bits found.
         found: u8,
     },
     /// A field that is needed is mapped nowhere.
     #[error(
-        "the {direction} lack {object:04X}h:{sub_index:02X} ({section}, {name}): assign PDO {pdo:04X}h in \
+        "the {direction} lack {object:04X}h:{sub_index:02X} ({name}): assign PDO {pdo:04X}h in \
          {}h, or update the robot's firmware to 11.3", 
         if matches!(direction, Direction::Outputs) { "1C12" } else { "1C13" }
     )]
@@ -141,8 +136,6 @@ pub enum LayoutMismatch {
         object: u16,
         /// Sub-index.
         sub_index: u8,
-        /// Block of the manual.
-        section: &'static str,
         /// Name of the field in our table.
         name: &'static str,
     },
@@ -157,7 +150,9 @@ pub enum LayoutMismatch {
         found: usize,
     },
     /// More entries than an image of a Meca500 can have.
-    #[error("the {direction} are mapped in more than {MAX_RUNS} pieces: no Meca500 lays out its image so")]
+    #[error(
+        "the {direction} are mapped in more than {MAX_RUNS} pieces: no Meca500 lays out its image so"
+    )]
     TooScattered {
         /// Image.
         direction: Direction,
@@ -190,60 +185,55 @@ impl Layout {
     ///
     /// The first difference that makes the layout unusable.
     pub fn compare(direction: Direction, entries: &[MappingEntry]) -> Result<Self, LayoutMismatch> {
+        let is_wide = |entry: &&MappingEntry| entry.object == MOTION_STATUS && entry.bits == 32;
+        let (table, firmware) = match entries.iter().find(is_wide) {
+            Some(_) => (PdoLayout::V10_2, FirmwareLayout::V10_2),
+            None => (PdoLayout::V11_3, FirmwareLayout::V11_3),
+        };
+        let known: Vec<(u16, PdoEntry)> = direction
+            .table(table)
+            .flat_map(|pdo| pdo.entries().map(move |entry| (pdo.index, entry)))
+            .collect();
         let mut layout = Self {
             direction,
             runs: Vec::new(),
             robot_bits: 0,
-            firmware: FirmwareLayout::V11_3,
+            firmware,
             missing: Vec::new(),
             foreign: Vec::new(),
         };
-        let one_checkpoint = entries
-            .iter()
-            .find(|entry| (entry.object, entry.sub_index, entry.bits) == (MOTION_STATUS, 1, 32));
-        if let Some(entry) = one_checkpoint {
-            layout.firmware = FirmwareLayout::V10_2;
-            layout.take_entries(entries, Some(entry.pdo))?;
-        } else {
-            layout.take_entries(entries, None)?;
+        for entry in entries {
+            if entry.object != 0 {
+                layout.take(entry, &known)?;
+            }
+            layout.robot_bits += usize::from(entry.bits);
         }
-        layout.close()?;
+        layout.close(&known)?;
         Ok(layout)
     }
 
-    /// Takes the entries in order. Those of `whole` are taken as one block of the table's length: its
-    /// sub-indices were numbered otherwise.
-    fn take_entries(
+    /// Takes an entry where the table has it.
+    fn take(
         &mut self,
-        entries: &[MappingEntry],
-        whole: Option<u16>,
+        entry: &MappingEntry,
+        known: &[(u16, PdoEntry)],
     ) -> Result<(), LayoutMismatch> {
-        for entry in entries {
-            if Some(entry.pdo) == whole {
-                self.take_of_block(entry, entries)?;
-            } else if entry.object != 0 {
-                self.take_by_name(entry)?;
-            }
-            self.robot_bits += usize::from(entry.bits);
-        }
-        Ok(())
-    }
-
-    fn take_by_name(&mut self, entry: &MappingEntry) -> Result<(), LayoutMismatch> {
-        let named = |field: &&Field| {
-            field.object == entry.object && field.sub_index == Some(entry.sub_index)
+        let mut of_object = known.iter().filter(|(_, ours)| ours.object == entry.object);
+        // An object with one value may be numbered 0 or 1.
+        let is_one = of_object.clone().count() == 1;
+        let is_it = |(_, ours): &&(u16, PdoEntry)| {
+            ours.sub_index == entry.sub_index || is_one && entry.sub_index <= 1
         };
-        match self.direction.fields().iter().find(named) {
-            Some(field) if field.size_bits == u16::from(entry.bits) => {
-                let image_bit = usize::from(field.byte_offset) * 8 + usize::from(field.bit);
-                self.push(image_bit, usize::from(entry.bits))
+        match of_object.find(is_it) {
+            Some((_, ours)) if ours.bits == entry.bits => {
+                self.push(usize::from(ours.image_bit), usize::from(entry.bits), known)
             }
-            Some(field) => Err(LayoutMismatch::Length {
+            Some((_, ours)) => Err(LayoutMismatch::Length {
                 pdo: entry.pdo,
                 object: entry.object,
                 sub_index: entry.sub_index,
-                name: field.name,
-                expected: field.size_bits,
+                name: ours.name,
+                expected: ours.bits,
                 found: entry.bits,
             }),
             None => {
@@ -253,47 +243,21 @@ impl Layout {
         }
     }
 
-    /// An entry of the motion status of firmware 10.2: the block as a whole has our length, and its
-    /// places are ours but for the joined checkpoint.
-    fn take_of_block(
-        &mut self,
-        entry: &MappingEntry,
-        entries: &[MappingEntry],
-    ) -> Result<(), LayoutMismatch> {
-        let fields = self.direction.fields().iter().filter(|field| field.pdo == entry.pdo);
-        let expected: u16 = fields.clone().map(|field| field.size_bits).sum();
-        let of_block = entries.iter().filter(|other| other.pdo == entry.pdo);
-        let found: u32 = of_block.clone().map(|other| u32::from(other.bits)).sum();
-        let before: usize = of_block
-            .take_while(|other| !core::ptr::eq(*other, entry))
-            .map(|other| usize::from(other.bits))
-            .sum();
-        match fields.map(|field| usize::from(field.byte_offset) * 8).min() {
-            Some(start) if found == u32::from(expected) => {
-                self.push(start + before, usize::from(entry.bits))
-            }
-            _ => Err(LayoutMismatch::Length {
-                pdo: entry.pdo,
-                object: entry.object,
-                sub_index: entry.sub_index,
-                name: "CheckpointReached",
-                expected: 16,
-                found: entry.bits,
-            }),
-        }
-    }
-
     /// Adds a run; joins it to the one before when only padding lies between them on both sides.
-    fn push(&mut self, image_bit: usize, bits: usize) -> Result<(), LayoutMismatch> {
+    fn push(
+        &mut self,
+        image_bit: usize,
+        bits: usize,
+        known: &[(u16, PdoEntry)],
+    ) -> Result<(), LayoutMismatch> {
         let run = Run { robot_bit: self.robot_bits, image_bit, bits };
         if let Some(last) = self.runs.last_mut() {
             let same_shift = run.image_bit.checked_sub(last.image_bit)
                 == run.robot_bit.checked_sub(last.robot_bit);
             let gap = last.image_bit + last.bits..run.image_bit;
-            let only_reserved = self.direction.fields().iter().all(|field| {
-                let at = usize::from(field.byte_offset) * 8 + usize::from(field.bit);
-                field.field_type == FieldType::Reserved || !gap.contains(&at)
-            });
+            let only_reserved = known
+                .iter()
+                .all(|(_, ours)| ours.is_gap() || !gap.contains(&usize::from(ours.image_bit)));
             if same_shift && gap.start <= gap.end && only_reserved {
                 last.bits = run.image_bit + run.bits - last.image_bit;
                 return Ok(());
@@ -306,30 +270,41 @@ impl Layout {
         Ok(())
     }
 
+    fn covers(&self, image_bit: u16) -> bool {
+        let at = usize::from(image_bit);
+        self.runs.iter().any(|run| (run.image_bit..run.image_bit + run.bits).contains(&at))
+    }
+
     /// Looks for fields that no run covers.
-    fn close(&mut self) -> Result<(), LayoutMismatch> {
-        for field in self.direction.fields() {
-            let Some(sub_index) = field.sub_index else { continue };
-            let at = usize::from(field.byte_offset) * 8 + usize::from(field.bit);
-            let covered = self
-                .runs
-                .iter()
-                .any(|run| (run.image_bit..run.image_bit + run.bits).contains(&at));
-            if covered {
-                continue;
-            }
-            if ESSENTIAL.contains(&field.object) {
-                return Err(LayoutMismatch::Missing {
-                    direction: self.direction,
-                    pdo: field.pdo,
-                    object: field.object,
-                    sub_index,
-                    section: field.section,
-                    name: field.name,
-                });
-            }
-            if !self.missing.contains(&field.object) {
-                self.missing.push(field.object);
+    fn close(&mut self, known: &[(u16, PdoEntry)]) -> Result<(), LayoutMismatch> {
+        let absent: Vec<&(u16, PdoEntry)> = known
+            .iter()
+            .filter(|(_, ours)| !ours.is_gap() && !self.covers(ours.image_bit))
+            .collect();
+        let is_whole = |object: u16| {
+            known.iter().all(|(_, ours)| ours.object != object || !self.covers(ours.image_bit))
+        };
+        let is_needed = |(_, ours): &&&(u16, PdoEntry)| {
+            let is_deprecated = |field: &Field| field.support == Support::Deprecated;
+            ESSENTIAL.contains(&ours.object) && !ours.field.is_some_and(is_deprecated)
+        };
+        // A whole object says more than the first of its fields.
+        let worst = absent
+            .iter()
+            .filter(is_needed)
+            .max_by_key(|(_, ours)| (is_whole(ours.object), core::cmp::Reverse(ours.image_bit)));
+        if let Some((pdo, ours)) = worst {
+            return Err(LayoutMismatch::Missing {
+                direction: self.direction,
+                pdo: *pdo,
+                object: ours.object,
+                sub_index: ours.sub_index,
+                name: ours.name,
+            });
+        }
+        for (_, ours) in absent {
+            if !self.missing.contains(&ours.object) {
+                self.missing.push(ours.object);
             }
         }
         // Trailing reserved bits belong to the last run, so that an equal layout is one run.
@@ -432,15 +407,15 @@ mod tests {
     use super::*;
     use std::vec;
 
-    /// The mapping that the table itself asks for.
-    fn own_mapping(direction: Direction) -> Vec<MappingEntry> {
-        let entry = |field: &Field| MappingEntry {
-            pdo: field.pdo,
-            object: if field.sub_index.is_some() { field.object } else { 0 },
-            sub_index: field.sub_index.unwrap_or(0),
-            bits: u8::try_from(field.size_bits).unwrap(),
+    fn mapping_of(direction: Direction, layout: PdoLayout) -> Vec<MappingEntry> {
+        let entries = |pdo: crate::wire::meca500::image::pdo::Pdo| {
+            pdo.entries().map(move |entry| MappingEntry::from_wire(pdo.index, entry.mapping()))
         };
-        direction.fields().iter().map(entry).collect()
+        direction.table(layout).flat_map(entries).collect()
+    }
+
+    fn own_mapping(direction: Direction) -> Vec<MappingEntry> {
+        mapping_of(direction, PdoLayout::V11_3)
     }
 
     fn counting(len: usize) -> Vec<u8> {
@@ -508,17 +483,17 @@ mod tests {
 
     #[test]
     fn one_checkpoint_of_32_bits_is_the_layout_of_10_2() {
-        let mut mapping = own_mapping(Direction::Inputs);
-        let at = mapping.iter().position(|e| (e.object, e.sub_index) == (0x6015, 1)).unwrap();
-        mapping[at].bits = 32;
-        mapping.remove(at + 1);
-        // What follows was numbered one lower.
-        for entry in mapping.iter_mut().filter(|e| e.object == 0x6015 && e.sub_index > 2) {
-            entry.sub_index -= 1;
-        }
+        let mapping = mapping_of(Direction::Inputs, PdoLayout::V10_2);
         let layout = Layout::compare(Direction::Inputs, &mapping).unwrap();
         assert_eq!(layout.firmware(), FirmwareLayout::V10_2);
         assert!(layout.is_equal(), "{layout:?}");
+    }
+
+    #[test]
+    fn firmware_9_3_is_refused_for_its_lack_of_a_safety_block() {
+        let mapping = mapping_of(Direction::Inputs, PdoLayout::V9_3);
+        let error = Layout::compare(Direction::Inputs, &mapping).unwrap_err();
+        assert!(matches!(error, LayoutMismatch::Missing { object: 0x6065, .. }), "{error:?}");
     }
 
     #[test]
@@ -527,7 +502,10 @@ mod tests {
         mapping.retain(|entry| entry.pdo != 0x1A11);
         let error = Layout::compare(Direction::Inputs, &mapping).unwrap_err();
         let text = std::format!("{error}");
-        assert!(text.contains("6065h:01") && text.contains("1A11h") && text.contains("1C13h"), "{text}");
+        assert!(
+            text.contains("6065h:01") && text.contains("1A11h") && text.contains("1C13h"),
+            "{text}"
+        );
 
         let mut mapping = own_mapping(Direction::Outputs);
         let id = mapping.iter().position(|e| e.object == 0x7305).unwrap();

@@ -31,8 +31,6 @@ pub use error::{EthercatError, Step};
 pub use event::{EventKind, SegmentEvent};
 pub use robot::{RobotFound, SubDeviceFound};
 pub use segment::{EthercatSegment, StartFailure};
-pub use settings::{
-    Assignment, Clocks, MAX_ROBOTS, RobotAddress, RobotChoice, SegmentSettings,
-};
+pub use settings::{Assignment, Clocks, MAX_ROBOTS, RobotAddress, RobotChoice, SegmentSettings};
 pub use single::EthercatLink;
 pub use statistics::{ClockFigures, SegmentStatistics};

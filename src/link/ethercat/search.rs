@@ -40,7 +40,8 @@ pub(super) async fn read_states(
     };
     let mut states = Vec::new();
     for position in 0..count {
-        let status = Command::aprd(position, register::AL_STATUS).receive::<u16>(main_device).await?;
+        let status =
+            Command::aprd(position, register::AL_STATUS).receive::<u16>(main_device).await?;
         let [state, _] = status.to_le_bytes();
         states.push(AlState::from_wire(state));
     }

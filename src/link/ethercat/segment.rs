@@ -227,11 +227,9 @@ impl<W: Wire> EthercatSegment<W> {
                 let settings = Arc::clone(&self.settings);
                 let mut starter =
                     Starter { driver: &mut self.driver, settings: &settings, deadline };
-                if let Some(refusal) = starter.refusal(
-                    &self.shared.main_device,
-                    &self.shared.members,
-                    AlState::Op,
-                ) {
+                if let Some(refusal) =
+                    starter.refusal(&self.shared.main_device, &self.shared.members, AlState::Op)
+                {
                     return Err(refusal);
                 }
             }
@@ -286,18 +284,14 @@ impl<W: Wire> EthercatSegment<W> {
         }
         let reading = replies.iter().flatten().find_map(|reply| reply.clock);
         self.nudge_ns = match (&mut self.clock, reading) {
-            (Some(clock), Some(reading)) => {
-                clock.take(began, reading, &mut self.statistics.clock)
-            }
+            (Some(clock), Some(reading)) => clock.take(began, reading, &mut self.statistics.clock),
             _ => 0,
         };
     }
 
     fn take_replies(&mut self, replies: &Replies) {
         let shared = Arc::clone(&self.shared);
-        for (number, (member, robot)) in
-            shared.members.iter().zip(&mut self.robots).enumerate()
-        {
+        for (number, (member, robot)) in shared.members.iter().zip(&mut self.robots).enumerate() {
             let reply = replies.get(member.group).copied().flatten();
             let group = shared.groups.get(member.group);
             let (Some(reply), Some(group)) = (reply, group) else {
@@ -494,13 +488,19 @@ impl<W: Wire> EthercatSegment<W> {
             let leave = super::start::request_init(&self.shared.main_device, station);
             let _ = self.driver.block_on(Duration::from_millis(50), leave);
         }
+        self.abandon()
+    }
+
+    /// Gives the wire back without a word to the robots, as if this process had died: their watchdogs
+    /// will notice.
+    pub fn abandon(self) -> W {
         let Self { task, shared, driver, .. } = self;
         // The pool wants its main device back unshared.
         drop((task, shared));
         driver.into_wire()
     }
 
-    /// Why `robot` is not driven any more, if that is so.
+    /// Whether `robot` is not driven any more: something else stands in its place.
     #[must_use]
     pub fn is_blocked(&self, robot: usize) -> bool {
         self.robots.get(robot).is_some_and(|robot| robot.condition == Condition::Blocked)
@@ -566,9 +566,8 @@ impl<W: Wire> CyclicSegment for EthercatSegment<W> {
 
     /// One bus cycle. Never fails: what goes wrong shows in the qualities and the events.
     fn exchange(&mut self, now: Instant) -> Result<(), EthercatError> {
-        let offset = *self.offset.get_or_insert_with(|| {
-            self.driver.now().saturating_duration_since(now)
-        });
+        let offset =
+            *self.offset.get_or_insert_with(|| self.driver.now().saturating_duration_since(now));
         self.driver.wire_mut().advance_to(now + offset);
         self.cycle();
         Ok(())

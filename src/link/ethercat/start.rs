@@ -223,7 +223,8 @@ impl<W: Wire> Starter<'_, W> {
                 .subdevice(main_device, member.index)
                 .map_err(|error| self.explain(error, step, Some(member.position)))?;
             let io = robot.io_raw();
-            let lengths = [(&member.outputs, io.outputs().len()), (&member.inputs, io.inputs().len())];
+            let lengths =
+                [(&member.outputs, io.outputs().len()), (&member.inputs, io.inputs().len())];
             for (layout, found) in lengths {
                 if layout.robot_len() != found {
                     let mismatch = LayoutMismatch::ProcessData {
@@ -290,8 +291,12 @@ impl<W: Wire> Starter<'_, W> {
             let (state, code) = self.driver.block_on(limit, status).ok()?.ok()?;
             let position = member.position;
             let state = state.state?;
-            (code != AlStatusCode::NO_ERROR)
-                .then_some(EthercatError::Refused { position, wanted, state, code })
+            (code != AlStatusCode::NO_ERROR).then_some(EthercatError::Refused {
+                position,
+                wanted,
+                state,
+                code,
+            })
         })
     }
 
@@ -410,7 +415,8 @@ pub(super) async fn set_watchdog(
 /// What an ESC was told by now.
 async fn read_setup(main_device: &MainDevice<'_>, station: u16) -> Result<EscSetup, Error> {
     let fmmus = Command::fprd(station, register::FMMUS).receive(main_device).await?;
-    let sync_managers = Command::fprd(station, register::SYNC_MANAGERS).receive(main_device).await?;
+    let sync_managers =
+        Command::fprd(station, register::SYNC_MANAGERS).receive(main_device).await?;
     // Without clocks the register is not there.
     let delay_ns = Command::fprd(station, register::SYSTEM_TIME_DELAY)
         .ignore_wkc()
