@@ -12,10 +12,12 @@
 
 pub mod application;
 mod clock;
+pub mod coe;
 mod controller;
 mod eeprom;
 mod fmmu;
 mod mailbox;
+pub mod meca500;
 mod memory;
 mod registers;
 mod segment;

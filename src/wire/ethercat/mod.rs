@@ -4,7 +4,10 @@
 //! first: the states every subdevice goes through.
 
 pub mod al;
+pub mod coe;
 pub mod command;
 pub mod frame;
+pub mod identity;
+pub mod mailbox;
 pub mod register;
 pub mod sii;
