@@ -8,6 +8,7 @@
 //! an object with one field is a variable (sub-index 0, not 1), an object that shares a PDO counts
 //! its own fields from 1 (the manual counts 1602h:1 to 1602h:7 across 7305h and 7306h, the robot
 //! maps 7305h:00 and 7306h:01 to 7306h:06), and reserved bits are gaps: index 0, at most 32 bits.
+//! Source: mapping. Unverified: that firmware 11.3 numbers the same way.
 //!
 //! ```
 //! use fieldarm::wire::meca500::image::pdo::{PdoLayout, input_pdos};
@@ -33,7 +34,7 @@ pub enum PdoLayout {
     /// the mapping of firmware 9.3.
     V10_2,
     /// Firmware 9.3: as 10.2, with gaps also for DisableEtherCAT, EStop, CollisionStatus and
-    /// WorkZoneStatus; no PDO 1A11h, but three gaps of 32 bits at the end of 1A10h. Source: capture.
+    /// WorkZoneStatus; no PDO 1A11h, but three gaps of 32 bits at the end of 1A10h. Source: mapping.
     V9_3,
 }
 
