@@ -160,6 +160,31 @@ fn every_field_has_its_entry_with_name_type_and_live_value() {
 }
 
 #[test]
+fn the_printed_sub_indices_can_be_had_too() {
+    let settings = Meca500Settings { layout: PdoLayout::V11_3Printed, ..Default::default() };
+    let mut robot = firmware(settings);
+    for (name, assignment) in [("output", 0x1C12), ("input", 0x1C13)] {
+        let mapped: Vec<u32> =
+            walk(&mut robot, assignment).into_iter().flat_map(|(_, mapped)| mapped).collect();
+        let printed = |row: &Row| match row.pdo_subindex {
+            Some(sub_index) => {
+                u32::from(row.object()) << 16 | u32::from(sub_index) << 8 | row.size_bits as u32
+            }
+            None => row.size_bits as u32,
+        };
+        assert_eq!(mapped, rows(name).iter().map(printed).collect::<Vec<_>>(), "{name}s");
+    }
+    dialogue(
+        &mut robot,
+        &[
+            ("00 20 40 06 73 01 00 00 00 00", "00 20 80 06 73 01 11 00 09 06"),
+            ("00 20 40 06 73 00 00 00 00 00", "00 30 4F 06 73 00 07 00 00 00"),
+            ("00 20 40 05 73 01 00 00 00 00", "00 30 43 05 73 01 00 00 00 00"),
+        ],
+    );
+}
+
+#[test]
 fn older_firmware_maps_the_same_bytes_otherwise() {
     for layout in [PdoLayout::V10_2, PdoLayout::V9_3] {
         let mut robot = firmware(Meca500Settings { layout, ..Default::default() });
