@@ -108,9 +108,9 @@ pub(super) enum Verdict {
 
 /// Judges a robot of a group of `len` by the group's reply.
 ///
-/// A robot in OP adds 3 to the working counter, and one in SAFE-OP up to 3, so the counter tells for
-/// certain only when nobody is in SAFE-OP; a robot in OP whose sync managers are in order always
-/// counts.
+/// A robot in OP adds 3 to the working counter. One that answers in another state adds up to 3: its ESC
+/// may be set up already, or still. So the counter tells for certain only when all are in OP; a robot in
+/// OP whose sync managers are in order always counts.
 pub(super) fn judge(reply: &GroupReply, member: usize, len: usize) -> Verdict {
     let state = reply.states.get(member).copied().unwrap_or(0);
     if state == 0 {
@@ -120,12 +120,14 @@ pub(super) fn judge(reply: &GroupReply, member: usize, len: usize) -> Verdict {
     if state != Some(AlState::Op) {
         return Verdict::NotInOp(state);
     }
-    let in_state = |wanted: AlState| {
-        let states = reply.states.iter().take(len);
-        states.filter(|state| AlState::from_wire(**state) == Some(wanted)).count() as u16
-    };
-    let least = in_state(AlState::Op) * PER_ROBOT;
-    let most = least + in_state(AlState::SafeOp) * PER_ROBOT;
+    let states = reply.states.iter().take(len);
+    let (mut least, mut most) = (0, 0);
+    for other in states.filter(|state| **state != 0) {
+        most += PER_ROBOT;
+        if AlState::from_wire(*other) == Some(AlState::Op) {
+            least += PER_ROBOT;
+        }
+    }
     if (least..=most).contains(&reply.working_counter) { Verdict::Fresh } else { Verdict::Doubtful }
 }
 

@@ -299,9 +299,12 @@ impl<W: Wire> EthercatSegment<W> {
                 robot.grow_stale();
                 continue;
             };
-            let is_cared_for = self.care.as_ref().is_some_and(|care| care.robot == number);
+            // A task that changes the robot's state tells when it is done.
+            let is_changed = self.care.as_ref().is_some_and(|care| {
+                care.robot == number && matches!(care.kind, CareKind::Lift | CareKind::Restore)
+            });
             match judge(&reply, member.index, group.len()) {
-                Verdict::Fresh if robot.condition == Condition::Blocked || is_cared_for => {
+                Verdict::Fresh if robot.condition == Condition::Blocked || is_changed => {
                     robot.unanswered = 0;
                 }
                 Verdict::Fresh => {
@@ -328,7 +331,8 @@ impl<W: Wire> EthercatSegment<W> {
                         Condition::InOp => {
                             robot.condition = Condition::Away { seen: None, is_told: false };
                         }
-                        Condition::Gone { .. } if !is_cared_for => {
+                        // It was only out of sight: what it was told is still there.
+                        Condition::Gone { .. } if !is_changed => {
                             self.events.push(number, EventKind::Returned);
                             robot.condition = Condition::Away { seen: None, is_told: false };
                         }
@@ -380,8 +384,10 @@ impl<W: Wire> EthercatSegment<W> {
                 }
             }
             CareOutcome::Answers => {
-                tell(EventKind::Returned);
-                robot.condition = Condition::Gone { answers: true };
+                if let Condition::Gone { answers } = &mut robot.condition {
+                    tell(EventKind::Returned);
+                    *answers = true;
+                }
             }
             CareOutcome::Silent => {
                 robot.care_at = now + FIND_EVERY;
