@@ -2,4 +2,7 @@
 //!
 //! Read [`wire`] first: all that the link knows of the outside world.
 
+pub mod faulty_wire;
+#[cfg(target_os = "linux")]
+pub mod raw_socket;
 pub mod wire;

@@ -31,6 +31,9 @@ pub trait Wire {
     /// The time on this wire.
     fn now(&self) -> Instant;
 
+    /// Lets time pass until `deadline` while the wire cannot deliver.
+    fn pause_until(&mut self, deadline: Instant);
+
     /// Tells a wire with simulated time what time it is; never backwards. Others ignore it.
     fn advance_to(&mut self, now: Instant) {
         let _ = now;
