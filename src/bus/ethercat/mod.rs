@@ -7,3 +7,5 @@
 //! Read [`application`] first: what the two halves expect of each other.
 
 pub mod application;
+pub mod coe;
+pub mod meca500;

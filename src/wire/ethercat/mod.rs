@@ -4,3 +4,6 @@
 //! first: the states every subdevice goes through.
 
 pub mod al;
+pub mod coe;
+pub mod identity;
+pub mod mailbox;

@@ -30,6 +30,7 @@ mod field;
 mod input;
 mod layout;
 mod output;
+pub mod pdo;
 
 use zerocopy::byteorder::{F32, U16, U32};
 
