@@ -5,5 +5,9 @@
 
 pub mod al;
 pub mod coe;
+pub mod command;
+pub mod frame;
 pub mod identity;
 pub mod mailbox;
+pub mod register;
+pub mod sii;

@@ -7,4 +7,5 @@ pub mod command;
 pub mod dynamic;
 pub mod image;
 pub mod revision;
+pub mod subdevice;
 pub mod text;
