@@ -5,6 +5,8 @@
 //! standard error carries progress, notes and trouble.
 
 mod decode;
+#[cfg(target_os = "linux")]
+mod emulated_robot;
 mod exit;
 mod grid;
 mod hex;
@@ -12,6 +14,8 @@ mod order;
 mod plots;
 pub mod report;
 mod run_program;
+#[cfg(target_os = "linux")]
+mod sim;
 mod source;
 mod summary;
 mod table;
@@ -37,6 +41,8 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Run(run_program::RunArgs),
+    #[cfg(target_os = "linux")]
+    Sim(sim::SimArgs),
     Table(table::TableArgs),
     Decode(decode::DecodeArgs),
 }
@@ -46,6 +52,8 @@ enum Command {
 pub fn main() -> ExitCode {
     let done = match Cli::parse().command {
         Command::Run(args) => run_program::run(&args),
+        #[cfg(target_os = "linux")]
+        Command::Sim(args) => sim::run(&args),
         Command::Table(args) => table::run(&args).map(|()| Exit::Done),
         Command::Decode(args) => decode::run(&args).map(|()| Exit::Done),
     };

@@ -21,7 +21,7 @@ pub(super) struct SimArgs {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum ToolName {
+pub(super) enum ToolName {
     /// None.
     None,
     /// Electric gripper MEGP 25E, opens 6 mm.
@@ -32,17 +32,23 @@ enum ToolName {
     Mpm500,
 }
 
+impl From<ToolName> for FittedTool {
+    fn from(name: ToolName) -> Self {
+        match name {
+            ToolName::None => Self::None,
+            ToolName::Megp25e => Self::Megp25E,
+            ToolName::Megp25ls => Self::Megp25Ls,
+            ToolName::Mpm500 => Self::Mpm500,
+        }
+    }
+}
+
 /// A virtual robot that has booted, deactivated and not homed.
 pub(super) fn new(args: &SimArgs, revision: Revision) -> VirtualRobot {
     VirtualRobot::new(RobotSettings {
         revision,
         byte_order: args.sim_byte_order.into(),
-        tool: match args.sim_tool {
-            ToolName::None => FittedTool::None,
-            ToolName::Megp25e => FittedTool::Megp25E,
-            ToolName::Megp25ls => FittedTool::Megp25Ls,
-            ToolName::Mpm500 => FittedTool::Mpm500,
-        },
+        tool: args.sim_tool.into(),
         ..RobotSettings::default()
     })
 }

@@ -5,4 +5,5 @@
 pub mod faulty_wire;
 #[cfg(target_os = "linux")]
 pub mod raw_socket;
+pub mod serve;
 pub mod wire;
