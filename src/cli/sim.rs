@@ -222,6 +222,9 @@ impl Teller {
             let (from, to) = (before.state, after.state);
             match after.error {
                 Some(error) => self.say(format_args!("robot {device}: {from} -> {to}, {error}")),
+                None if from == to => {
+                    self.say(format_args!("robot {device}: {to}, error acknowledged"));
+                }
                 None => self.say(format_args!("robot {device}: {from} -> {to}")),
             }
         }
@@ -276,7 +279,7 @@ pub(super) fn run(args: &SimArgs) -> Result<Exit, Failure> {
     let wire = FaultyWire::new(socket, WireEnd::Subdevices, plan(&args.fault));
     let mut server = Server::new(wire, line);
     teller.say(format_args!(
-        "serving {} virtual Meca500 on {interface}: {}, {} distributed clocks; Ctrl-C ends it",
+        "serving {} virtual Meca500 on {interface}: byte order {}, {} distributed clocks; Ctrl-C ends it",
         args.robots,
         ByteOrder::from(args.byte_order),
         if args.no_dc { "without" } else { "with" },

@@ -6,4 +6,9 @@
 #[path = "../support/namespaces.rs"]
 mod namespaces;
 
+mod capture;
+mod pysoem;
+mod served;
+mod sim;
 mod socket;
+mod stock_ethercrab;
