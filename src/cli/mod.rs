@@ -5,6 +5,8 @@
 //! standard error carries progress, notes and trouble.
 
 mod decode;
+#[cfg(target_os = "linux")]
+mod emulated_robot;
 mod exit;
 mod grid;
 mod hex;
@@ -15,6 +17,8 @@ pub mod report;
 mod report_files;
 mod run_program;
 mod segment;
+#[cfg(target_os = "linux")]
+mod sim;
 mod source;
 mod summary;
 mod table;
@@ -40,6 +44,8 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Run(run_program::RunArgs),
+    #[cfg(target_os = "linux")]
+    Sim(sim::SimArgs),
     Table(table::TableArgs),
     Decode(decode::DecodeArgs),
 }
@@ -49,6 +55,8 @@ enum Command {
 pub fn main() -> ExitCode {
     let done = match Cli::parse().command {
         Command::Run(args) => run_program::run(&args),
+        #[cfg(target_os = "linux")]
+        Command::Sim(args) => sim::run(&args),
         Command::Table(args) => table::run(&args).map(|()| Exit::Done),
         Command::Decode(args) => decode::run(&args).map(|()| Exit::Done),
     };

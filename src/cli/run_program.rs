@@ -353,7 +353,7 @@ fn settings(args: &RunArgs, engine: &Engine<QUEUE>) -> Settings {
 
 /// A flag that Ctrl-C sets, and so do the signals that ask a process to end; the second one ends it
 /// at once.
-fn catch_interrupts() -> Result<Arc<AtomicBool>, Failure> {
+pub(super) fn catch_interrupts() -> Result<Arc<AtomicBool>, Failure> {
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&interrupted);
     let clock = MonotonicClock::new();

@@ -32,7 +32,7 @@ impl SimArgs {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum ToolName {
+pub(super) enum ToolName {
     /// None.
     None,
     /// Electric gripper MEGP 25E, opens 6 mm.
@@ -43,18 +43,24 @@ enum ToolName {
     Mpm500,
 }
 
+impl From<ToolName> for FittedTool {
+    fn from(name: ToolName) -> Self {
+        match name {
+            ToolName::None => Self::None,
+            ToolName::Megp25e => Self::Megp25E,
+            ToolName::Megp25ls => Self::Megp25Ls,
+            ToolName::Mpm500 => Self::Mpm500,
+        }
+    }
+}
+
 /// A virtual robot that has booted, deactivated and not homed. It speaks `order` unless it was told
 /// another.
 pub(super) fn new(args: &SimArgs, order: OrderName, revision: Revision) -> VirtualRobot {
     VirtualRobot::new(RobotSettings {
         revision,
         byte_order: args.sim_byte_order.unwrap_or(order).into(),
-        tool: match args.sim_tool.unwrap_or(ToolName::Megp25e) {
-            ToolName::None => FittedTool::None,
-            ToolName::Megp25e => FittedTool::Megp25E,
-            ToolName::Megp25ls => FittedTool::Megp25Ls,
-            ToolName::Mpm500 => FittedTool::Mpm500,
-        },
+        tool: args.sim_tool.unwrap_or(ToolName::Megp25e).into(),
         ..RobotSettings::default()
     })
 }

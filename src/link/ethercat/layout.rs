@@ -10,7 +10,7 @@
 
 use std::vec::Vec;
 
-use crate::wire::meca500::image::pdo::{PdoEntry, PdoLayout, Pdos, input_pdos, output_pdos};
+use crate::wire::meca500::image::pdo::{Pdo, PdoEntry, PdoLayout, Pdos, input_pdos, output_pdos};
 use crate::wire::meca500::image::{Field, FirmwareLayout, INPUT_LEN, OUTPUT_LEN, Support};
 
 /// Objects without which a robot is not driven: control, commands, state, joints and safety. The
@@ -19,8 +19,10 @@ use crate::wire::meca500::image::{Field, FirmwareLayout, INPUT_LEN, OUTPUT_LEN, 
 /// Source: choice.
 const ESSENTIAL: [u16; 8] = [0x7200, 0x7310, 0x7305, 0x7306, 0x6010, 0x6015, 0x6030, 0x6065];
 
-/// The object that tells 10.2 from 11.3: its checkpoint was one number of 32 bits, and became two.
-const MOTION_STATUS: u16 = 0x6015;
+/// The numberings that are told apart, newest first. Robots were seen to number the values of an object
+/// from 0 or 1; the manual prints other numbers for some.
+const FIRMWARES: [PdoLayout; 4] =
+    [PdoLayout::V11_3, PdoLayout::V11_3Printed, PdoLayout::V10_2, PdoLayout::V9_3];
 
 /// Most runs of a layout that is not the table's own; more would be no image of a Meca500.
 const MAX_RUNS: usize = 256;
@@ -44,6 +46,17 @@ impl MappingEntry {
     pub const fn from_wire(pdo: u16, value: u32) -> Self {
         let [bits, sub_index, low, high] = value.to_le_bytes();
         Self { pdo, object: u16::from_le_bytes([low, high]), sub_index, bits }
+    }
+}
+
+impl MappingEntry {
+    /// Whether a table has this entry, with the same length.
+    fn is_in(&self, known: &[(u16, PdoEntry)]) -> bool {
+        known.iter().any(|(_, ours)| {
+            self.object != 0
+                && (ours.object, ours.sub_index, ours.bits)
+                    == (self.object, self.sub_index, self.bits)
+        })
     }
 }
 
@@ -82,6 +95,12 @@ impl Direction {
             Self::Outputs => OUTPUT_LEN,
             Self::Inputs => INPUT_LEN,
         }
+    }
+
+    /// The entries of our table, as this firmware numbers them, each with its PDO.
+    fn entries(self, layout: PdoLayout) -> Vec<(u16, PdoEntry)> {
+        let of = |pdo: Pdo| pdo.entries().map(move |entry| (pdo.index, entry));
+        self.table(layout).flat_map(of).collect()
     }
 
     /// The PDOs of our image in order.
@@ -185,20 +204,21 @@ impl Layout {
     ///
     /// The first difference that makes the layout unusable.
     pub fn compare(direction: Direction, entries: &[MappingEntry]) -> Result<Self, LayoutMismatch> {
-        let is_wide = |entry: &&MappingEntry| entry.object == MOTION_STATUS && entry.bits == 32;
-        let (table, firmware) = match entries.iter().find(is_wide) {
-            Some(_) => (PdoLayout::V10_2, FirmwareLayout::V10_2),
-            None => (PdoLayout::V11_3, FirmwareLayout::V11_3),
-        };
-        let known: Vec<(u16, PdoEntry)> = direction
-            .table(table)
-            .flat_map(|pdo| pdo.entries().map(move |entry| (pdo.index, entry)))
-            .collect();
+        // The numbering that explains most of what is mapped; a tie goes to the newest.
+        let (table, known) = FIRMWARES
+            .into_iter()
+            .rev()
+            .map(|table| (table, direction.entries(table)))
+            .max_by_key(|(_, known)| entries.iter().filter(|entry| entry.is_in(known)).count())
+            .unwrap_or((PdoLayout::V11_3, Vec::new()));
         let mut layout = Self {
             direction,
             runs: Vec::new(),
             robot_bits: 0,
-            firmware,
+            firmware: match table {
+                PdoLayout::V10_2 => FirmwareLayout::V10_2,
+                _ => FirmwareLayout::V11_3,
+            },
             missing: Vec::new(),
             foreign: Vec::new(),
         };
@@ -408,10 +428,8 @@ mod tests {
     use std::vec;
 
     fn mapping_of(direction: Direction, layout: PdoLayout) -> Vec<MappingEntry> {
-        let entries = |pdo: crate::wire::meca500::image::pdo::Pdo| {
-            pdo.entries().map(move |entry| MappingEntry::from_wire(pdo.index, entry.mapping()))
-        };
-        direction.table(layout).flat_map(entries).collect()
+        let entries = direction.entries(layout).into_iter();
+        entries.map(|(pdo, entry)| MappingEntry::from_wire(pdo, entry.mapping())).collect()
     }
 
     fn own_mapping(direction: Direction) -> Vec<MappingEntry> {
@@ -433,6 +451,14 @@ mod tests {
             let mut there = vec![0; image.len()];
             layout.scatter(&image, &mut there);
             assert_eq!(there, image);
+        }
+    }
+
+    #[test]
+    fn the_numbers_that_the_manual_prints_are_understood() {
+        for direction in [Direction::Outputs, Direction::Inputs] {
+            let printed = mapping_of(direction, PdoLayout::V11_3Printed);
+            assert!(Layout::compare(direction, &printed).unwrap().is_equal());
         }
     }
 

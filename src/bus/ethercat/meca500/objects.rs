@@ -127,8 +127,18 @@ impl Objects {
             .filter(|entry| !entry.is_gap())
     }
 
+    /// The entries of one object of the process data. Main devices wait for a mailbox as long as
+    /// for any frame, so only the PDO that maps the object is looked through.
+    fn process(&self, direction: Direction, index: u16) -> impl Iterator<Item = PdoEntry> {
+        direction
+            .pdos(self.settings.layout)
+            .filter(move |pdo| pdo.objects().any(|object| object == index))
+            .flat_map(|pdo| pdo.entries())
+            .filter(move |entry| entry.object == index)
+    }
+
     fn process_entry(&self, direction: Direction, index: u16, sub_index: u8) -> Option<PdoEntry> {
-        self.mapped(direction).find(|entry| entry.object == index && entry.sub_index == sub_index)
+        self.process(direction, index).find(|entry| entry.sub_index == sub_index)
     }
 
     fn pdos(&self) -> impl Iterator<Item = Pdo> {
@@ -154,7 +164,7 @@ impl Objects {
                     return Some(Place::Mapping(pdo));
                 }
                 let process = |direction| {
-                    let own = || self.mapped(direction).filter(|entry| entry.object == index);
+                    let own = || self.process(direction, index);
                     let highest = own().map(|entry| entry.sub_index).max()?;
                     Some(Place::Process(direction, highest, own().next()?))
                 };
@@ -197,12 +207,10 @@ impl Objects {
 
 impl Dictionary for Objects {
     fn next_index(&self, after: Option<u16>) -> Option<u16> {
-        let directions = [Direction::Outputs, Direction::Inputs].into_iter();
-        let process = directions.flat_map(|direction| self.mapped(direction));
         COMMUNICATION
             .into_iter()
             .chain(self.pdos().map(|pdo| pdo.index))
-            .chain(process.map(|entry| entry.object))
+            .chain(self.pdos().flat_map(|pdo| pdo.objects()))
             .filter(|index| after.is_none_or(|after| *index > after))
             .min()
     }

@@ -153,7 +153,18 @@ impl Pdo {
             all: self.rows,
             gap: None,
             at_bit: self.byte_offset * 8,
+            numbering: Numbering::default(),
         }
+    }
+
+    /// The objects that the PDO maps, in order, without the work that their entries take.
+    pub fn objects(&self) -> impl Iterator<Item = u16> + use<> {
+        let mut last = 0;
+        let Self { layout, rows, .. } = *self;
+        rows.iter()
+            .filter(move |row| !layout.is_gap(row))
+            .map(|row| row.object)
+            .filter(move |object| core::mem::replace(&mut last, *object) != *object)
     }
 
     /// The manual's section of its first field, e.g. `RobotStatus`.
@@ -208,6 +219,19 @@ pub struct PdoEntries {
     /// Bits of a gap not yet handed out.
     gap: Option<u16>,
     at_bit: u16,
+    /// How the object of the newest entry is numbered.
+    numbering: Numbering,
+}
+
+/// How the sub-indices of one object follow from the manual's numbers.
+#[derive(Clone, Copy, Debug, Default)]
+struct Numbering {
+    object: u16,
+    /// Whether it has one field only, and no sub-indices then.
+    is_variable: bool,
+    /// The manual's number of its first field.
+    first: u8,
+    has_wide_checkpoint: bool,
 }
 
 impl PdoEntries {
@@ -229,19 +253,25 @@ impl PdoEntries {
     }
 
     /// The object's sub-index of `field`.
-    fn sub_index(&self, field: &Field) -> u8 {
+    fn sub_index(&mut self, field: &Field) -> u8 {
         if self.layout == PdoLayout::V11_3Printed {
             return field.sub_index.unwrap_or(0);
         }
-        let own = || self.all.iter().filter(|row| row.object == field.object);
-        if own().count() == 1 {
+        if self.numbering.object != field.object {
+            let own = || self.all.iter().filter(|row| row.object == field.object);
+            self.numbering = Numbering {
+                object: field.object,
+                is_variable: own().count() == 1,
+                first: own().filter_map(|row| row.sub_index).min().unwrap_or(1),
+                has_wide_checkpoint: own().any(|row| self.layout.is_wide_checkpoint(row)),
+            };
+        }
+        if self.numbering.is_variable {
             return 0;
         }
-        let first = own().filter_map(|row| row.sub_index).min().unwrap_or(1);
-        let number = field.sub_index.unwrap_or(0).saturating_sub(first) + 1;
+        let number = field.sub_index.unwrap_or(0).saturating_sub(self.numbering.first) + 1;
         // The wide checkpoint took the number of its upper half with it.
-        let wide = own().any(|row| self.layout.is_wide_checkpoint(row));
-        if wide && number > 1 { number - 1 } else { number }
+        if self.numbering.has_wide_checkpoint && number > 1 { number - 1 } else { number }
     }
 }
 

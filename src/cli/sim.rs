@@ -1,0 +1,327 @@
+//! `fieldarm sim`: virtual robots on a real bus.
+
+use std::prelude::v1::*;
+use std::sync::atomic::Ordering;
+
+use clap::{Args, ValueEnum};
+
+use super::emulated_robot::{EmulatedRobot, Presentation, emulated};
+use super::exit::{Exit, Failure};
+use super::order::OrderName;
+use super::run_program::{RevisionName, catch_interrupts};
+use super::virtual_robot::ToolName;
+use crate::bus::ethercat::meca500::{Meca500Application, Meca500Settings};
+use crate::link::ethercat::faulty_wire::{FaultPlan, FaultyWire, WireEnd, WireFault};
+use crate::link::ethercat::raw_socket::{self, OpenError, RawSocket};
+use crate::link::ethercat::serve::{Change, Server, Standing};
+use crate::link::ethercat::wire::Wire;
+use crate::sim::meca500::{CyclicBus, RobotSettings, VirtualRobot};
+use crate::time::{Duration, Instant};
+use crate::wire::meca500::image::FirmwareLayout;
+use crate::wire::meca500::image::pdo::PdoLayout;
+use crate::wire::order::ByteOrder;
+
+/// How long robots stay without power before they boot.
+const POWER_OFF: Duration = Duration::from_millis(500);
+/// Chance of a fault when none is given, in 1/1000.
+const PER_MILLE: u16 = 5;
+/// Serial number of the first robot; those behind it count up.
+const FIRST_SERIAL: u32 = 87_654_321;
+
+/// Serve virtual robots on a network interface until Ctrl-C.
+///
+/// Any EtherCAT main device can bring them to OP: they answer as robots of their own, each with its
+/// ESC, mailbox and process data. The first robot is the one next to the main device. Standard error
+/// says what is served and each change of a robot's state.
+///
+/// Needs the capability CAP_NET_RAW: run as root, or grant it to the executable. Without a second
+/// machine, a pair of virtual interfaces (`ip link add ecat0 type veth peer name ecat1`) does.
+#[derive(Args, Debug)]
+#[command(after_help = super::exit::EXIT_CODES, after_long_help = super::exit::EXIT_CODES)]
+pub(super) struct SimArgs {
+    /// Network interface to serve on; nothing else should use it.
+    #[arg(long, value_name = "IFACE")]
+    ethercat: String,
+    /// Number of robots in a row.
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=64))]
+    robots: u16,
+    /// Byte order of the images.
+    #[arg(long, value_enum, default_value_t = OrderName::Little, value_name = "ORDER")]
+    byte_order: OrderName,
+    /// Hardware revision of the robots.
+    #[arg(long, value_enum, default_value_t = RevisionName::R3, ignore_case = true)]
+    revision: RevisionName,
+    /// Tool on their flanges.
+    #[arg(long, value_enum, default_value_t = ToolName::Megp25e, value_name = "TOOL")]
+    tool: ToolName,
+    /// Firmware whose process image they have.
+    #[arg(long, value_enum, default_value_t = LayoutName::V11_3, value_name = "FIRMWARE")]
+    layout: LayoutName,
+    /// Leave a PDO unassigned at power-up, e.g. 1A08; a real robot was seen without that one.
+    #[arg(long, value_name = "PDO", value_delimiter = ',', value_parser = parse_pdo)]
+    unassigned: Vec<u16>,
+    /// Refuse SAFE-OP until the main device has written the PDO assignment, as users report.
+    #[arg(long)]
+    demand_assignment: bool,
+    /// Robots without distributed clocks.
+    #[arg(long)]
+    no_dc: bool,
+    /// List the PDOs in the SII too, which real robots do not.
+    #[arg(long)]
+    sii_pdos: bool,
+    /// Alias addresses, one for each robot from the first on.
+    #[arg(long, value_name = "ALIAS", value_delimiter = ',')]
+    alias: Vec<u16>,
+    /// A fault of the wire, its chance for each frame in 1/1000, and a seed: drop, duplicate, delay,
+    /// reorder, truncate, corrupt, link-down, power-cycle, or all. May be given several times; the
+    /// last seed counts.
+    #[arg(long, value_name = "KIND[:PER_MILLE[:SEED]]", value_delimiter = ',', value_parser = parse_fault)]
+    fault: Vec<FaultArg>,
+    /// Cut the power of all robots once, this many seconds after the beginning.
+    #[arg(long, value_name = "SECONDS", value_parser = clap::value_parser!(u64).range(1..))]
+    power_cycle_after: Option<u64>,
+    /// Say nothing on standard error unless something goes wrong.
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum LayoutName {
+    /// Firmware 11.3, the programming manual.
+    #[value(name = "11.3")]
+    V11_3,
+    /// Firmware 10.2.
+    #[value(name = "10.2")]
+    V10_2,
+}
+
+impl From<LayoutName> for FirmwareLayout {
+    fn from(name: LayoutName) -> Self {
+        match name {
+            LayoutName::V11_3 => Self::V11_3,
+            LayoutName::V10_2 => Self::V10_2,
+        }
+    }
+}
+
+/// One `--fault`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct FaultArg {
+    faults: Vec<WireFault>,
+    per_mille: u16,
+    seed: Option<u64>,
+}
+
+fn parse_fault(text: &str) -> Result<FaultArg, String> {
+    let mut parts = text.splitn(3, ':');
+    let name = parts.next().unwrap_or_default();
+    let faults = match WireFault::from_name(name) {
+        Some(fault) => vec![fault],
+        None if name == "all" => WireFault::ALL.to_vec(),
+        None => {
+            let names: Vec<_> = WireFault::ALL.iter().map(|fault| fault.name()).collect();
+            return Err(format!("no fault `{name}`; there are {} and all", names.join(", ")));
+        }
+    };
+    let per_mille = match parts.next() {
+        None => PER_MILLE,
+        Some(text) => text
+            .parse()
+            .ok()
+            .filter(|chance| *chance <= 1000)
+            .ok_or_else(|| format!("a chance is 0 to 1000 in 1/1000, given `{text}`"))?,
+    };
+    let seed = parts.next().map(|text| text.parse().map_err(|_| format!("no seed: `{text}`")));
+    Ok(FaultArg { faults, per_mille, seed: seed.transpose()? })
+}
+
+fn parse_pdo(text: &str) -> Result<u16, String> {
+    let digits = text.trim_start_matches("0x").trim_end_matches(['h', 'H']);
+    u16::from_str_radix(digits, 16)
+        .map_err(|_| format!("a PDO is a hexadecimal number as 1A08, given `{text}`"))
+}
+
+fn plan(arguments: &[FaultArg]) -> FaultPlan {
+    let chances = arguments
+        .iter()
+        .flat_map(|argument| argument.faults.iter().map(|fault| (*fault, argument.per_mille)))
+        .collect();
+    let seed = arguments.iter().rev().find_map(|argument| argument.seed).unwrap_or(0);
+    FaultPlan { chances, seed, limit: None }
+}
+
+/// The robots in a row, as the command line wants them.
+fn line(args: &SimArgs) -> Result<Vec<EmulatedRobot>, Failure> {
+    if args.alias.len() > usize::from(args.robots) {
+        return Err(Failure::usage(format!(
+            "{} aliases for {} robots: give at most one each",
+            args.alias.len(),
+            args.robots
+        )));
+    }
+    let layout = FirmwareLayout::from(args.layout);
+    // The process lives as long as its robots.
+    let unassigned: &'static [u16] = args.unassigned.clone().leak();
+    (0..args.robots)
+        .map(|number| {
+            let serial = FIRST_SERIAL + u32::from(number);
+            let robot = VirtualRobot::new(RobotSettings {
+                revision: args.revision.into(),
+                serial_number: serial,
+                byte_order: args.byte_order.into(),
+                layout,
+                bus: CyclicBus::EtherCat,
+                tool: args.tool.into(),
+                ..RobotSettings::default()
+            });
+            let settings = Meca500Settings {
+                serial,
+                layout: PdoLayout::from(layout),
+                hardware_version: match args.revision {
+                    RevisionName::R3 => "R3",
+                    RevisionName::R4 => "R4",
+                },
+                software_version: match layout {
+                    FirmwareLayout::V11_3 => "11.3.84",
+                    FirmwareLayout::V10_2 => "10.2",
+                },
+                unassigned_at_power_up: unassigned,
+                assignment_must_be_written: args.demand_assignment,
+            };
+            let presentation = Presentation {
+                alias: args.alias.get(usize::from(number)).copied().unwrap_or(0),
+                distributed_clock: !args.no_dc,
+                pdos_in_sii: args.sii_pdos,
+            };
+            emulated(robot, settings, presentation)
+        })
+        .collect()
+}
+
+/// Says things on standard error, if anybody wants to hear them.
+#[derive(Clone, Copy)]
+struct Teller {
+    quiet: bool,
+}
+
+impl Teller {
+    fn say(self, message: impl core::fmt::Display) {
+        if !self.quiet {
+            eprintln!("{message}");
+        }
+    }
+
+    fn tell(self, change: Change) {
+        let Change { device, before, after } = change;
+        if before.is_on_bus != after.is_on_bus {
+            let place = if after.is_on_bus { "is back on the bus" } else { "has left the bus" };
+            self.say(format_args!("robot {device} {place}"));
+        }
+        let shown = |standing: Standing| (standing.state, standing.error);
+        if shown(before) != shown(after) {
+            let (from, to) = (before.state, after.state);
+            match after.error {
+                Some(error) => self.say(format_args!("robot {device}: {from} -> {to}, {error}")),
+                None if from == to => {
+                    self.say(format_args!("robot {device}: {to}, error acknowledged"));
+                }
+                None => self.say(format_args!("robot {device}: {from} -> {to}")),
+            }
+        }
+    }
+}
+
+/// The robots' power supply.
+struct Power {
+    cut_at: Option<Instant>,
+    back_at: Option<Instant>,
+}
+
+impl Power {
+    /// Switches the robots of `server` when it is time to, or when the wire says so.
+    fn supply(
+        &mut self,
+        server: &mut Server<FaultyWire<RawSocket>, Meca500Application<VirtualRobot>>,
+        teller: Teller,
+    ) {
+        let now = server.wire().now();
+        let is_cut = server.wire_mut().take_power_cycle();
+        if is_cut || self.cut_at.is_some_and(|at| at <= now) {
+            self.cut_at = None;
+            self.back_at = Some(now + POWER_OFF);
+            teller.say("power cut");
+            for robot in server.line_mut() {
+                robot.application_mut().device_mut().panel().switch_off();
+            }
+        }
+        if self.back_at.is_some_and(|at| at <= now) {
+            self.back_at = None;
+            teller.say("power back: the robots boot");
+            for robot in server.line_mut() {
+                robot.application_mut().device_mut().panel().switch_on();
+            }
+        }
+    }
+}
+
+/// Serves until interrupted.
+pub(super) fn run(args: &SimArgs) -> Result<Exit, Failure> {
+    let line = line(args)?;
+    let interface = args.ethercat.as_str();
+    let socket = RawSocket::open(interface).map_err(refused)?;
+    let interrupted = catch_interrupts()?;
+    let teller = Teller { quiet: args.quiet };
+    let is_down = socket.is_down();
+    let mut power = Power {
+        cut_at: args.power_cycle_after.map(|s| socket.now() + Duration::from_secs(s)),
+        back_at: None,
+    };
+    let wire = FaultyWire::new(socket, WireEnd::Subdevices, plan(&args.fault));
+    let mut server = Server::new(wire, line);
+    teller.say(format_args!(
+        "serving {} virtual Meca500 on {interface}: byte order {}, {} distributed clocks; Ctrl-C ends it",
+        args.robots,
+        ByteOrder::from(args.byte_order),
+        if args.no_dc { "without" } else { "with" },
+    ));
+    if is_down {
+        teller.say(format_args!("{interface} is down; ip link set {interface} up"));
+    }
+    while !interrupted.load(Ordering::Relaxed) {
+        if let Err(error) = server.step() {
+            let is_transient = raw_socket::is_transient(&error);
+            let message = format!("{interface}: {error}");
+            if !is_transient {
+                return Err(Failure { exit: Exit::Link, message, is_located: false });
+            }
+            teller.say(message);
+        }
+        while let Some(change) = server.next_change() {
+            teller.tell(change);
+        }
+        power.supply(&mut server, teller);
+    }
+    let counts = server.counts();
+    teller.say(format_args!(
+        "{} frames received, {} returned, {} lost in the line, {} not sent; {} faults made",
+        counts.received,
+        counts.returned,
+        counts.lost,
+        counts.unsent,
+        server.wire().faults_made()
+    ));
+    Ok(Exit::Done)
+}
+
+/// An interface that does not exist is a mistake of the command line, the rest is the link's.
+fn refused(error: OpenError) -> Failure {
+    let message = error.to_string();
+    match error {
+        OpenError::NoSuchInterface { .. } | OpenError::NotEthernet { .. } => {
+            Failure::usage(message)
+        }
+        OpenError::NotPermitted { .. } | OpenError::System { .. } => {
+            Failure { exit: Exit::Link, message, is_located: false }
+        }
+    }
+}
