@@ -77,6 +77,13 @@ pub trait CyclicSegment {
     /// or with a slice of the wrong length, nothing is copied and the answer is
     /// [`InputQuality::Lost`].
     fn read_inputs(&self, robot: usize, inputs: &mut [u8]) -> InputQuality;
+
+    /// By how much the next cycle should begin later than planned, in ns; negative is earlier. Asked
+    /// after each exchange. A bus whose devices share a clock uses it to draw the caller's cycles to
+    /// that clock; others leave it at 0.
+    fn nudge_ns(&self) -> i64 {
+        0
+    }
 }
 
 /// The robot's end of a cyclic bus: what a virtual robot offers to any bus.

@@ -238,15 +238,34 @@ fn a_program_may_do_everything_itself() {
 
 #[test]
 fn bad_usage_says_what_would_be_right() {
-    let cases: [(&[&str], &str); 5] = [
+    let cases: [(&[&str], &str); 12] = [
+        (&["--link", "ethercat"], "ethercat needs the name of a network interface"),
+        (&["--link", "ethercat:eth0:one"], "`one` is no position on the segment"),
         (
-            &["--link", "ethercat"],
-            "ethercat is coming in a later version; for now there is only sim",
+            &["--link", "enip"],
+            "enip is coming in a later version; for now there are sim, ethercat-sim and \
+             ethercat:IFACE[:POSITION]",
         ),
         (
             &["--link", "usb"],
-            "for now there is only sim; ethercat, enip, profinet and tcp are coming",
+            "for now there are sim, ethercat-sim and ethercat:IFACE[:POSITION]; enip, profinet and \
+             tcp are coming",
         ),
+        (
+            &["--link", "ethercat:eth0", "--fast"],
+            "--fast needs simulated time, and the robots of --link ethercat:eth0 live in real time",
+        ),
+        (
+            &["--link", "ethercat:eth0", "--sim-byte-order", "big"],
+            "--sim-byte-order builds virtual robots in this process, and --link ethercat:eth0 has none",
+        ),
+        (
+            &["--link", "ethercat:eth0:1", "--robots", "2"],
+            "--link ethercat:eth0:1 is one robot, --robots 2 wants more: --link ethercat:eth0 takes \
+             the first 2 of the segment",
+        ),
+        (&["--robots", "0"], "0 is not in 1..=16"),
+        (&["--robots", "17"], "17 is not in 1..=16"),
         (&["--cycle-us", "0"], "0 is not in 100..=100000"),
         (&["--byte-order", "middle"], "possible values: auto, big, little"),
         (&["--revision", "R5"], "possible values: R3, R4"),

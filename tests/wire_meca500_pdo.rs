@@ -5,7 +5,7 @@ use fieldarm::wire::meca500::image::{INPUT_LEN, OUTPUT_LEN};
 
 #[test]
 fn pdos_tile_the_images_in_every_layout() {
-    for layout in [PdoLayout::V11_3, PdoLayout::V10_2, PdoLayout::V9_3] {
+    for layout in [PdoLayout::V11_3, PdoLayout::V11_3Printed, PdoLayout::V10_2, PdoLayout::V9_3] {
         for (pdos, len) in [(output_pdos(layout), OUTPUT_LEN), (input_pdos(layout), INPUT_LEN)] {
             let mut bit = 0;
             for pdo in pdos {

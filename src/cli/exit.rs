@@ -20,6 +20,25 @@ pub(super) enum Exit {
     Interrupted = 130,
 }
 
+impl Exit {
+    /// How a run of several robots ended: as the worst of theirs did. What the command could not do
+    /// itself is worse than trouble on the link, that is worse than trouble of a robot, and an
+    /// interrupt is the least of it.
+    pub(super) fn worst(of: impl IntoIterator<Item = Self>) -> Self {
+        const fn severity(exit: Exit) -> u8 {
+            match exit {
+                Exit::Done => 0,
+                Exit::Interrupted => 1,
+                Exit::Robot => 2,
+                Exit::Link => 3,
+                Exit::Usage => 4,
+                Exit::Internal => 5,
+            }
+        }
+        of.into_iter().max_by_key(|exit| severity(*exit)).unwrap_or(Self::Done)
+    }
+}
+
 impl From<Exit> for ExitCode {
     fn from(exit: Exit) -> Self {
         Self::from(exit as u8)
@@ -27,7 +46,7 @@ impl From<Exit> for ExitCode {
 }
 
 /// Why a command ended early: what to tell the person, and how to exit.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Failure {
     pub(super) exit: Exit,
     /// What to say on standard error; may have several lines.
@@ -45,6 +64,32 @@ impl Failure {
     pub(super) fn internal(message: impl Into<String>) -> Self {
         Self { exit: Exit::Internal, message: message.into(), is_located: false }
     }
+
+    pub(super) fn link(message: impl Into<String>) -> Self {
+        Self { exit: Exit::Link, message: message.into(), is_located: false }
+    }
+
+    /// Several failures as one, each told once; `None` without any.
+    pub(super) fn all(failures: Vec<Self>) -> Option<Self> {
+        let mut told: Vec<Self> = Vec::new();
+        for failure in failures {
+            if !told.contains(&failure) {
+                told.push(failure);
+            }
+        }
+        if told.len() < 2 {
+            return told.pop();
+        }
+        let exit = Exit::worst(told.iter().map(|failure| failure.exit));
+        let texts: Vec<String> = told.iter().map(Self::text).collect();
+        Some(Self { exit, message: texts.join("\n"), is_located: true })
+    }
+
+    /// The whole text for standard error, without a line end.
+    pub(super) fn text(&self) -> String {
+        let name = if self.is_located { "" } else { "fieldarm: " };
+        format!("{name}{}", self.message)
+    }
 }
 
 /// Exit codes as `--help` shows them.
@@ -55,4 +100,22 @@ Exit codes:
     2  bad usage, a bad program, or bytes that are no image; nothing has moved
     3  the robot reported an error, stopped for safety, or refused an action
     4  link trouble: the link failed, inputs were lost, or the byte order is undecidable
-  130  interrupted with Ctrl-C, or by the signal TERM or HUP; the robot was stopped";
+  130  interrupted with Ctrl-C, or by the signal TERM or HUP; the robot was stopped
+With --robots the worst of all robots counts: 1 before 4, 4 before 3, 3 before 130, 130 before 0.";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_worst_of_all_robots_counts() {
+        let order = [Exit::Done, Exit::Interrupted, Exit::Robot, Exit::Link, Exit::Internal];
+        for (position, worse) in order.into_iter().enumerate() {
+            for better in order.into_iter().take(position + 1) {
+                assert_eq!(Exit::worst([better, worse, better]), worse);
+                assert_eq!(Exit::worst([worse, better]), worse);
+            }
+        }
+        assert_eq!(Exit::worst([]), Exit::Done);
+    }
+}

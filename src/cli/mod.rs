@@ -10,10 +10,13 @@ mod emulated_robot;
 mod exit;
 mod grid;
 mod hex;
+mod link_choice;
 mod order;
 mod plots;
 pub mod report;
+mod report_files;
 mod run_program;
+mod segment;
 #[cfg(target_os = "linux")]
 mod sim;
 mod source;
@@ -28,7 +31,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use exit::{EXIT_CODES, Exit, Failure};
+use exit::{EXIT_CODES, Exit};
 
 /// Drive industrial robot arms: run robot programs, look into process images.
 #[derive(Debug, Parser)]
@@ -59,10 +62,9 @@ pub fn main() -> ExitCode {
     };
     match done {
         Ok(exit) => exit.into(),
-        Err(Failure { exit, message, is_located }) => {
-            let name = if is_located { "" } else { "fieldarm: " };
-            eprintln!("{name}{message}");
-            exit.into()
+        Err(failure) => {
+            eprintln!("{}", failure.text());
+            failure.exit.into()
         }
     }
 }

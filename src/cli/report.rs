@@ -1,4 +1,4 @@
-//! `report.json`: everything that is known about a run, for programs to read.
+//! `report.json`: everything that is known about the run of one robot, for programs to read.
 //!
 //! The file is one [`Report`]; the names of the fields are the names in the file. The meaning of a
 //! field changes only together with [`SCHEMA_VERSION`]; new fields may appear at any time.
@@ -8,6 +8,7 @@ use std::prelude::v1::*;
 use serde::Serialize;
 
 use crate::run::outcome::{End, Outcome, Stop};
+use crate::run::periodic::Port;
 use crate::run::program::Program;
 use crate::run::record::{Counts, StepEnd, StepRecord};
 use crate::run::recording::{Recording, Sample};
@@ -19,7 +20,7 @@ use crate::wire::meca500::text::Statement;
 /// Version of the meaning of the fields.
 pub const SCHEMA_VERSION: u32 = 1;
 
-/// One run.
+/// The run of one robot.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
     /// Always `fieldarm.run`.
@@ -28,6 +29,8 @@ pub struct Report {
     pub schema_version: u32,
     /// Version of the program that wrote the report.
     pub fieldarm_version: &'static str,
+    /// Number of the robot on its segment, from 1.
+    pub robot: usize,
     /// Path of the robot program as it was given.
     pub program: String,
     /// How the run was set up.
@@ -38,7 +41,7 @@ pub struct Report {
     pub commands: ReportedCounts,
     /// Cycles from sending a command to its acknowledgement.
     pub acknowledgement_cycles: ReportedQuantiles,
-    /// Bus cycles.
+    /// Bus cycles: of the whole run, so those of all robots on the segment.
     pub cycles: ReportedCycles,
     /// Path length of the tool in mm, homing included; `null` where the inputs made no sense.
     pub distance_mm: Option<f64>,
@@ -60,8 +63,10 @@ pub struct Report {
 /// How a run was set up.
 #[derive(Clone, Debug, Serialize)]
 pub struct Settings {
-    /// Name of the link.
+    /// The link as it was given.
     pub link: String,
+    /// Robots that share the segment and its bus cycles.
+    pub robots: usize,
     /// Period of the bus, in microseconds.
     pub cycle_us: u64,
     /// `real` or `simulated`.
@@ -81,7 +86,7 @@ pub struct ReportedOutcome {
     /// `velocity_stopped`, `held_back`, `monitoring_only`, `rebooted`, `refused`,
     /// `connection_lost`, `not_connected`, `implausible_inputs`, `byte_order_undecidable` or `fault`.
     pub end: &'static str,
-    /// Exit code of the command.
+    /// Exit code that the command has for it; of several robots the worst decides.
     pub exit_code: u8,
     /// The robot's error code.
     pub robot_error: Option<u16>,
@@ -134,16 +139,18 @@ pub struct ReportedCycles {
     pub count: u64,
     /// Deadlines that passed without a cycle.
     pub overruns: u64,
-    /// Cycles with stale inputs.
+    /// Cycles with stale inputs from this robot, until its program ended.
     pub stale: u64,
-    /// Cycles without inputs to be trusted.
+    /// Cycles without inputs to be trusted from this robot, until its program ended.
     pub lost: u64,
     /// From beginning to beginning, in microseconds of the pace.
     pub cycle_time_us: ReportedQuantiles,
     /// From deadline to beginning, in microseconds of the pace.
     pub lateness_us: ReportedQuantiles,
-    /// What link and engine took in a cycle, in microseconds of the wall clock.
+    /// What the link and all engines took in a cycle, in microseconds of the wall clock.
     pub work_us: ReportedQuantiles,
+    /// What this robot's engine took in a cycle, in microseconds of the wall clock.
+    pub engine_us: ReportedQuantiles,
 }
 
 /// What became of one command. Times are in seconds since the first cycle.
@@ -186,20 +193,27 @@ pub(super) struct Sources<'a> {
     pub(super) records: &'a [StepRecord],
     pub(super) acknowledgement_cycles: Quantiles,
     pub(super) statistics: &'a CycleStatistics,
+    pub(super) port: &'a Port,
     pub(super) recording: &'a Recording,
     pub(super) wall_time_s: f64,
-    pub(super) final_outputs: &'a [u8],
 }
 
 impl Report {
-    pub(super) fn new(program_path: String, settings: Settings, sources: &Sources<'_>) -> Self {
+    pub(super) fn new(
+        robot: usize,
+        program_path: String,
+        settings: Settings,
+        sources: &Sources<'_>,
+    ) -> Self {
         let Sources { program, outcome, counts, statistics, recording, .. } = *sources;
+        let of_robot = sources.port.statistics();
         let makes_sense = !matches!(outcome.end, End::ImplausibleInputs);
         let line = outcome.step.and_then(|step| program.steps().get(step)).map(|step| step.line);
         Self {
             schema: "fieldarm.run",
             schema_version: SCHEMA_VERSION,
             fieldarm_version: env!("CARGO_PKG_VERSION"),
+            robot,
             program: program_path,
             settings,
             outcome: ReportedOutcome {
@@ -233,16 +247,17 @@ impl Report {
             cycles: ReportedCycles {
                 count: statistics.cycles,
                 overruns: statistics.overruns,
-                stale: statistics.stale,
-                lost: statistics.lost,
+                stale: of_robot.stale,
+                lost: of_robot.lost,
                 cycle_time_us: quantiles(statistics.cycle_time_ns.quantiles(), 1e-3),
                 lateness_us: quantiles(statistics.lateness_ns.quantiles(), 1e-3),
                 work_us: quantiles(statistics.work_ns.quantiles(), 1e-3),
+                engine_us: quantiles(of_robot.controller_ns.quantiles(), 1e-3),
             },
             distance_mm: makes_sense.then(|| recording.distance_mm()),
             robot_time_s: makes_sense.then(|| recording.robot_time_us() as f64 * 1e-6),
             wall_time_s: sources.wall_time_s,
-            final_outputs: sources.final_outputs.iter().map(|b| format!("{b:02x}")).collect(),
+            final_outputs: sources.port.outputs().iter().map(|b| format!("{b:02x}")).collect(),
             steps: steps(sources),
             unconfirmed_lines: unconfirmed_lines(sources),
             samples: Samples {

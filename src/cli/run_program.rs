@@ -1,33 +1,35 @@
-//! `fieldarm run`: a robot program through the whole house.
+//! `fieldarm run`: robot programs through the whole house.
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::prelude::v1::*;
 use std::process;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::{io, thread};
+use std::thread;
 
 use clap::{Args, ValueEnum};
 
 use super::exit::{Exit, Failure};
 use super::grid::print;
+use super::link_choice::LinkChoice;
 use super::order::OrderName;
-use super::plots;
 use super::report::{Report, Settings, Sources};
+use super::segment::{Segment, open_segment};
 use super::source::{self, Source};
 use super::watch::{self, Watcher};
-use super::{summary, virtual_robot, wording};
+use super::{report_files, summary, virtual_robot, wording};
+use crate::cycle::CyclicSegment;
 use crate::engine::meca500::{ByteOrderSetting, CheckpointPolicy, CheckpointRange, Config, Engine};
 use crate::link::clock::MonotonicClock;
-use crate::link::direct::DirectLink;
-use crate::run::drive::drive;
+use crate::run::drive::drive_all;
+use crate::run::outcome::Outcome;
 use crate::run::pace::{AnyPace, RealTime, SimulatedTime};
 use crate::run::periodic::Periodic;
 use crate::run::program::Program;
 use crate::run::recording::Recording;
 use crate::run::runner::Runner;
-use crate::time::Duration;
+use crate::run::seat::Seat;
+use crate::time::{Duration, Instant};
 use crate::wire::meca500::revision::Revision;
 use crate::wire::order::ByteOrder;
 
@@ -42,9 +44,9 @@ const REAL_PROGRESS_US: u64 = 200_000;
 /// Two signals closer than this are one wish to end the run.
 const SECOND_SIGNAL_AFTER: Duration = Duration::from_millis(300);
 
-/// Run a robot program.
+/// Run robot programs.
 ///
-/// The program is the robot's own text commands, one a line, with // and # comments. It is checked as
+/// A program is the robot's own text commands, one a line, with // and # comments. It is checked as
 /// a whole before anything moves: every mistake is printed as file:line:column: message.
 ///
 /// The robot is activated and homed just before the first line that needs it, unless ActivateRobot
@@ -56,27 +58,38 @@ const SECOND_SIGNAL_AFTER: Duration = Duration::from_millis(300);
 /// The run ends when the last command is known to be done. Ctrl-C pauses the robot, clears its queue
 /// and leaves outputs of zero, within two seconds; a second Ctrl-C ends at once. The signals TERM and
 /// HUP do the same.
+///
+/// With --robots N, N robots share one segment and its bus cycle, each with a program of its own or
+/// all with the same. A robot that is done, or has failed, gets outputs of zero while the others go
+/// on; the run ends with the last of them. Ctrl-C stops all.
 #[derive(Args, Debug)]
 #[command(after_help = super::exit::EXIT_CODES, after_long_help = super::exit::EXIT_CODES)]
 pub(super) struct RunArgs {
-    /// File with the program; standard input when it is `-`.
-    program: PathBuf,
-    /// How the robot is reached: sim, the built-in virtual robot.
-    #[arg(long, default_value = "sim", value_parser = parse_link)]
-    link: LinkName,
+    /// File with the program; standard input when it is `-`. One for all robots, or one for each.
+    #[arg(value_name = "PROGRAM", required = true)]
+    programs: Vec<PathBuf>,
+    /// How the robots are reached: sim, virtual robots in this process; ethercat-sim, the same behind
+    /// the whole EtherCAT stack; ethercat:IFACE, the first robots on the segment of a network
+    /// interface; ethercat:IFACE:POSITION, the one at that position, from 0.
+    #[arg(long, default_value = "sim", value_parser = LinkChoice::parse)]
+    link: LinkChoice,
+    /// Robots on the segment: 1 to 16.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=16))]
+    robots: u8,
     /// Period of the bus cycle, in microseconds: 100 to 100000.
     #[arg(long, default_value_t = 1_000, value_parser = clap::value_parser!(u64).range(100..=100_000))]
     cycle_us: u64,
-    /// Byte order of the images; auto decides from what the robot sends.
+    /// Byte order of the images; auto decides from what each robot sends.
     #[arg(long, value_enum, default_value_t = OrderSetting::Auto)]
     byte_order: OrderSetting,
-    /// Run as quickly as possible, in simulated time.
+    /// Run as quickly as possible, in simulated time; virtual robots only.
     #[arg(long)]
     fast: bool,
-    /// Write report.json and SVG plots into this directory.
+    /// Write report.json and SVG plots into this directory; of several robots into robot-1, robot-2
+    /// and so on below it.
     #[arg(long, value_name = "DIR")]
     report: Option<PathBuf>,
-    /// Hardware revision of the robot, which decides some limits.
+    /// Hardware revision of the robots, which decides some limits.
     #[arg(long, value_enum, default_value_t = RevisionName::R3, ignore_case = true)]
     revision: RevisionName,
     /// Say nothing on standard error unless something goes wrong.
@@ -84,29 +97,6 @@ pub(super) struct RunArgs {
     quiet: bool,
     #[command(flatten)]
     sim: virtual_robot::SimArgs,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum LinkName {
-    Sim,
-}
-
-impl LinkName {
-    const fn name(self) -> &'static str {
-        match self {
-            Self::Sim => "sim",
-        }
-    }
-}
-
-fn parse_link(name: &str) -> Result<LinkName, String> {
-    match name {
-        "sim" => Ok(LinkName::Sim),
-        "ethercat" | "enip" | "profinet" | "tcp" => {
-            Err(format!("{name} is coming in a later version; for now there is only sim"))
-        }
-        _ => Err("for now there is only sim; ethercat, enip, profinet and tcp are coming".into()),
-    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -152,89 +142,213 @@ impl From<RevisionName> for Revision {
     }
 }
 
-pub(super) fn run(args: &RunArgs) -> Result<Exit, Failure> {
-    let [.., fewest_checkpoints] = OWN_CHECKPOINTS;
-    let Source { name: file, program } =
-        source::read(&args.program, args.revision.into(), fewest_checkpoints)?;
-    if let Some(directory) = &args.report {
-        prepare(directory)?;
+impl RunArgs {
+    /// Refuses what fits no run, as far as the arguments alone tell.
+    fn check(&self) -> Result<(), Failure> {
+        let (programs, robots) = (self.programs.len(), usize::from(self.robots));
+        if programs != 1 && programs != robots {
+            let noun = if robots == 1 { "robot" } else { "robots" };
+            return Err(Failure::usage(format!(
+                "{programs} programs for {robots} {noun}: give one program, which every robot runs, \
+                 or one for each robot (--robots says how many there are)"
+            )));
+        }
+        if let LinkChoice::Ethercat { interface, position: Some(_) } = &self.link
+            && robots > 1
+        {
+            return Err(Failure::usage(format!(
+                "--link {} is one robot, --robots {robots} wants more: --link ethercat:{interface} \
+                 takes the first {robots} of the segment",
+                self.link
+            )));
+        }
+        if self.link.is_in_process() {
+            return Ok(());
+        }
+        if self.fast {
+            return Err(Failure::usage(format!(
+                "--fast needs simulated time, and the robots of --link {} live in real time: leave \
+                 --fast away, or use --link ethercat-sim",
+                self.link
+            )));
+        }
+        match self.sim.given() {
+            Some(option) => Err(Failure::usage(format!(
+                "{option} builds virtual robots in this process, and --link {} has none",
+                self.link
+            ))),
+            None => Ok(()),
+        }
     }
+
+    /// Cycles between two looks at the progress.
+    const fn progress_cycles(&self) -> u64 {
+        if self.fast { SIMULATED_PROGRESS_CYCLES } else { REAL_PROGRESS_US / self.cycle_us }
+    }
+
+    fn pace(&self) -> AnyPace {
+        if self.fast {
+            AnyPace::Simulated(SimulatedTime)
+        } else {
+            AnyPace::Real(RealTime::default())
+        }
+    }
+
+    /// Where the reports go, robot by robot.
+    fn report_directories(&self) -> Vec<Option<PathBuf>> {
+        let directory = |number| {
+            let directory = self.report.as_ref()?;
+            Some(match self.robots {
+                1 => directory.clone(),
+                _ => directory.join(format!("robot-{number}")),
+            })
+        };
+        (1..=self.robots).map(directory).collect()
+    }
+
+    /// What messages and plots call a robot: its program, and its number where there are several.
+    fn title(&self, number: usize, source: &Source) -> String {
+        match self.robots {
+            1 => source.name.clone(),
+            _ => format!("robot {number}: {}", source.name),
+        }
+    }
+}
+
+/// One robot of the run, and what becomes of it.
+struct Robot<'p> {
+    source: &'p Source,
+    engine: Engine<QUEUE>,
+    runner: Runner<'p>,
+    recording: Recording,
+}
+
+impl<'p> Robot<'p> {
+    fn new(source: &'p Source, args: &RunArgs) -> Result<Self, Failure> {
+        Ok(Self {
+            source,
+            engine: Engine::new(config(args, &source.program)?),
+            runner: Runner::new(&source.program),
+            recording: Recording::new(),
+        })
+    }
+}
+
+pub(super) fn run(args: &RunArgs) -> Result<Exit, Failure> {
+    args.check()?;
+    let [.., fewest_checkpoints] = OWN_CHECKPOINTS;
+    let sources = source::read_all(&args.programs, args.revision.into(), fewest_checkpoints)?;
+    let directories = args.report_directories();
+    directories.iter().flatten().try_for_each(|directory| report_files::prepare(directory))?;
+    let count = usize::from(args.robots);
+    // One program serves all robots.
+    let of_robots = sources.iter().cycle().take(count);
+    let mut robots: Vec<Robot<'_>> =
+        of_robots.map(|source| Robot::new(source, args)).collect::<Result<_, _>>()?;
     let interrupted = catch_interrupts()?;
-    let mut engine = Engine::<QUEUE>::new(config(args, &program)?);
-    let robot = virtual_robot::new(&args.sim, args.revision.into());
-    let pace = if args.fast {
-        AnyPace::Simulated(SimulatedTime)
-    } else {
-        AnyPace::Real(RealTime::default())
-    };
+    let segment = open_segment(&args.link, count, &args.sim, args.revision.into())?;
+    let found = segment.robot_count();
+    if found < count {
+        return Err(Failure::link(format!(
+            "{count} robots are wanted, --link {} has {found}",
+            args.link
+        )));
+    }
     let period = Duration::from_micros(args.cycle_us);
-    let mut periodic = Periodic::new::<Engine<QUEUE>>(DirectLink::new(robot), pace, period);
-    let mut runner = Runner::new(&program);
-    let mut recording = Recording::new();
-    let every_cycles =
-        if args.fast { SIMULATED_PROGRESS_CYCLES } else { REAL_PROGRESS_US / args.cycle_us };
-    let (mut watcher, messages) = Watcher::new(interrupted, every_cycles);
-    let clock = MonotonicClock::new();
-    let (ended, wall_time) = thread::scope(|scope| {
-        let program = &program;
-        scope.spawn(move || watch::draw(messages, program, args.quiet));
-        let ended = drive(&mut periodic, &mut engine, &mut runner, &mut recording, &mut watcher);
-        let wall_time = clock.now();
-        drop(watcher);
-        (ended, wall_time)
-    });
-    let outcome = ended.map_err(|error| Failure {
-        exit: Exit::Link,
-        message: format!("the link failed: {error}"),
-        is_located: false,
+    let mut periodic = Periodic::over_segment::<Engine<QUEUE>>(segment, args.pace(), period);
+    let (outcomes, wall_time) = drive_robots(args, &mut robots, &mut periodic, &interrupted)?;
+
+    let (mut told, mut exits, mut failures) = (Vec::new(), Vec::new(), Vec::new());
+    let places = periodic.ports().iter().zip(&directories);
+    for (number, ((robot, outcome), (port, directory))) in
+        (1..).zip(robots.iter().zip(&outcomes).zip(places))
+    {
+        let source = robot.source;
+        let (exit, message) = wording::outcome(outcome, &source.name, &source.program);
+        exits.push(exit);
+        let report = Report::new(
+            number,
+            source.name.clone(),
+            settings(args, &robot.engine),
+            &Sources {
+                program: &source.program,
+                outcome,
+                exit_code: exit as u8,
+                message: &message,
+                counts: robot.runner.counts(),
+                records: robot.runner.records(),
+                acknowledgement_cycles: robot.runner.acknowledgement_cycles().quantiles(),
+                statistics: periodic.statistics(),
+                port,
+                recording: &robot.recording,
+                wall_time_s: wall_time.as_secs_f64(),
+            },
+        );
+        if !message.is_empty() {
+            // Editors find a place in a file only at the beginning of a line.
+            let message = if count == 1 { message } else { format!("robot {number}:\n{message}") };
+            failures.push(Failure { exit, message, is_located: true });
+        }
+        let written = directory.as_ref().map(|directory| {
+            report_files::write(directory, &args.title(number, source), &report, &robot.recording)
+        });
+        // What happened is worth telling even where it could not be written down.
+        let files = written.transpose().unwrap_or_else(|failure| {
+            failures.push(failure);
+            None
+        });
+        told.push((report, files.unwrap_or_default()));
+    }
+    print(&match &told[..] {
+        [(report, files)] => summary::of_one(report, files),
+        several => summary::of_several(several),
     })?;
-    let (exit, message) = wording::outcome(&outcome, &file, &program);
-    let settings = Settings {
-        link: args.link.name().into(),
+    Failure::all(failures).map_or(Ok(Exit::worst(exits)), Err)
+}
+
+/// Drives all robots to their ends, while another thread tells of it: their outcomes, and the time
+/// that it took.
+fn drive_robots(
+    args: &RunArgs,
+    robots: &mut [Robot<'_>],
+    periodic: &mut Periodic<Segment, AnyPace>,
+    interrupted: &Arc<AtomicBool>,
+) -> Result<(Vec<Outcome>, Duration), Failure> {
+    let (mut watchers, messages) = Watcher::all(robots.len(), interrupted, args.progress_cycles());
+    let programs: Vec<&Program> = robots.iter().map(|robot| &robot.source.program).collect();
+    thread::scope(|scope| {
+        scope.spawn(move || watch::draw(messages, &programs, args.quiet));
+        let mut seats: Vec<_> = robots
+            .iter_mut()
+            .zip(&mut watchers)
+            .map(|(robot, watcher)| {
+                Seat::new(&mut robot.engine, &mut robot.runner, &mut robot.recording, watcher)
+            })
+            .collect();
+        let clock = MonotonicClock::new();
+        let ended = drive_all(periodic, &mut seats);
+        let wall_time = clock.now() - Instant::ZERO;
+        let outcomes = seats.into_iter().map(Seat::into_outcome).collect();
+        // The other thread draws until nobody can tell it anything.
+        drop(watchers);
+        match ended {
+            Ok(()) => Ok((outcomes, wall_time)),
+            Err(error) => Err(Failure::link(format!("the link failed: {error}"))),
+        }
+    })
+}
+
+/// How the run was set up, for the report of one robot.
+fn settings(args: &RunArgs, engine: &Engine<QUEUE>) -> Settings {
+    Settings {
+        link: args.link.to_string(),
+        robots: usize::from(args.robots),
         cycle_us: args.cycle_us,
         pace: if args.fast { "simulated" } else { "real" },
         byte_order: args.byte_order.fixed().map_or("auto".into(), |order| order.to_string()),
         byte_order_used: engine.byte_order().map(|order| order.to_string()),
         revision: Revision::from(args.revision).to_string(),
-    };
-    let sources = Sources {
-        program: &program,
-        outcome: &outcome,
-        exit_code: exit as u8,
-        message: &message,
-        counts: runner.counts(),
-        records: runner.records(),
-        acknowledgement_cycles: runner.acknowledgement_cycles().quantiles(),
-        statistics: periodic.statistics(),
-        recording: &recording,
-        wall_time_s: wall_time.as_nanos() as f64 * 1e-9,
-        final_outputs: periodic.outputs(),
-    };
-    let report = Report::new(file, settings, &sources);
-    let written = args
-        .report
-        .as_ref()
-        .map_or(Ok(Vec::new()), |directory| write_report(directory, &report, &recording));
-    // What happened is worth telling even where it could not be written down.
-    print(&summary::text(&report, written.as_deref().unwrap_or_default()))?;
-    written?;
-    if message.is_empty() { Ok(exit) } else { Err(Failure { exit, message, is_located: true }) }
-}
-
-/// Makes sure that the report will have a place, before anything moves. What is there stays.
-fn prepare(directory: &Path) -> Result<(), Failure> {
-    let failed = |error: io::Error| {
-        Failure::internal(format!("cannot write a report into {}: {error}", directory.display()))
-    };
-    fs::create_dir_all(directory).map_err(failed)?;
-    let probe = unfinished(directory, "report.json");
-    fs::File::create(&probe).map_err(failed)?;
-    fs::remove_file(probe).map_err(failed)
-}
-
-/// Where a file is written before it takes the place of an older one.
-fn unfinished(directory: &Path, name: &str) -> PathBuf {
-    directory.join(format!(".{name}.{}", process::id()))
+    }
 }
 
 /// A flag that Ctrl-C sets, and so do the signals that ask a process to end; the second one ends it
@@ -276,34 +390,4 @@ fn config(args: &RunArgs, program: &Program) -> Result<Config, Failure> {
         velocity_dead_man: defaults.velocity_dead_man.max(4 * Duration::from_micros(args.cycle_us)),
         ..defaults
     })
-}
-
-/// Writes the report and its plots; the paths written.
-fn write_report(
-    directory: &Path,
-    report: &Report,
-    recording: &Recording,
-) -> Result<Vec<String>, Failure> {
-    let json = serde_json::to_string_pretty(report)
-        .map_err(|error| Failure::internal(format!("cannot write the report: {error}")))?;
-    let mut files = vec![("report.json", json + "\n")];
-    for (name, plot) in plots::all(&report.program, recording) {
-        let svg =
-            plot.map_err(|error| Failure::internal(format!("cannot draw {name}: {error}")))?;
-        files.push((name, svg));
-    }
-    let mut paths = Vec::new();
-    for (name, content) in files {
-        let path = directory.join(name);
-        // Whoever reads the directory meanwhile finds the old file or the new one, both whole.
-        let unfinished = unfinished(directory, name);
-        let written = fs::write(&unfinished, content).and_then(|()| fs::rename(&unfinished, &path));
-        written.map_err(|error| {
-            // It may not even have been made.
-            let _ = fs::remove_file(&unfinished);
-            Failure::internal(format!("cannot write {}: {error}", path.display()))
-        })?;
-        paths.push(path.display().to_string());
-    }
-    Ok(paths)
 }

@@ -5,7 +5,7 @@
 
 use std::fs;
 use std::io::{self, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::prelude::v1::*;
 
 use super::exit::{Exit, Failure};
@@ -20,15 +20,39 @@ const LONGEST_S: u32 = 86_400;
 /// Last checkpoint number.
 const LAST_CHECKPOINT: u16 = 8_000;
 
+/// The path that means standard input.
+const STDIN: &str = "-";
+
 /// A program and what it is called in messages.
 pub(super) struct Source {
     pub(super) name: String,
     pub(super) program: Program,
 }
 
+/// The programs of all files, or everything that is wrong with any of them, as [`read`].
+pub(super) fn read_all(
+    paths: &[PathBuf],
+    revision: Revision,
+    checkpoints: u16,
+) -> Result<Vec<Source>, Failure> {
+    if paths.iter().filter(|path| path.as_path() == Path::new(STDIN)).count() > 1 {
+        return Err(Failure::usage(
+            "standard input (-) can be read only once; give one program for all robots, or files",
+        ));
+    }
+    let (mut sources, mut failures) = (Vec::new(), Vec::new());
+    for path in paths {
+        match read(path, revision, checkpoints) {
+            Ok(source) => sources.push(source),
+            Err(failure) => failures.push(failure),
+        }
+    }
+    Failure::all(failures).map_or(Ok(sources), Err)
+}
+
 /// The whole program, or everything that is wrong with it. At least `checkpoints` numbers in a row
 /// stay free.
-pub(super) fn read(path: &Path, revision: Revision, checkpoints: u16) -> Result<Source, Failure> {
+fn read(path: &Path, revision: Revision, checkpoints: u16) -> Result<Source, Failure> {
     let (name, text) = text(path)?;
     match check(&text, revision, checkpoints) {
         Ok(program) => Ok(Source { name, program }),
@@ -38,7 +62,7 @@ pub(super) fn read(path: &Path, revision: Revision, checkpoints: u16) -> Result<
 
 /// Name and text of the file; of standard input when it is `-`.
 fn text(path: &Path) -> Result<(String, String), Failure> {
-    let (name, text) = if path == Path::new("-") {
+    let (name, text) = if path == Path::new(STDIN) {
         let mut text = String::new();
         ("<stdin>".to_string(), io::stdin().lock().read_to_string(&mut text).map(|_| text))
     } else {

@@ -2,12 +2,65 @@
 
 use std::prelude::v1::*;
 
-use super::report::Report;
+use super::report::{Report, ReportedQuantiles};
 
-/// The report in a dozen lines.
-pub(super) fn text(report: &Report, files: &[String]) -> String {
-    let mut lines = Vec::new();
-    let mut line = |name: &str, value: String| lines.push(format!("  {name:<16} {value}\n"));
+/// Lines of a summary: names and values.
+#[derive(Default)]
+struct Lines(String);
+
+impl Lines {
+    fn add(&mut self, name: &str, value: impl AsRef<str>) {
+        self.0 += &format!("  {name:<16} {}\n", value.as_ref());
+    }
+}
+
+/// The report of the only robot of a run, in a dozen lines.
+pub(super) fn of_one(report: &Report, files: &[String]) -> String {
+    let mut lines = Lines::default();
+    add_commands(&mut lines, report);
+    add_bus(&mut lines, report);
+    add_robot(&mut lines, report);
+    lines.add("wall time", wall_time(report));
+    add_notes(&mut lines, report, files);
+    format!("{}\n\n{}", headline(report), lines.0)
+}
+
+/// The reports of all robots of a run with the files written, one block each; what the robots share
+/// comes last.
+pub(super) fn of_several(reports: &[(Report, Vec<String>)]) -> String {
+    let mut text = String::new();
+    for (report, files) in reports {
+        let mut lines = Lines::default();
+        add_commands(&mut lines, report);
+        lines.add("engine per cycle", quantiles(&report.cycles.engine_us, "us", 1.0));
+        add_robot(&mut lines, report);
+        add_notes(&mut lines, report, files);
+        text += &format!("robot {}: {}\n\n{}\n", report.robot, headline(report), lines.0);
+    }
+    if let Some((report, _)) = reports.first() {
+        let mut lines = Lines::default();
+        add_bus(&mut lines, report);
+        lines.add("wall time", wall_time(report));
+        let settings = &report.settings;
+        text += &format!("{} robots over {}\n\n{}", settings.robots, settings.link, lines.0);
+    }
+    text
+}
+
+/// The program and what came of it.
+fn headline(report: &Report) -> String {
+    let verdict = match (report.outcome.end, report.outcome.line) {
+        ("completed", _) => "done".to_string(),
+        ("interrupted", Some(at)) => format!("interrupted at line {at}"),
+        ("interrupted", None) => "interrupted".to_string(),
+        (_, Some(at)) => format!("stopped at line {at}"),
+        (_, None) => "stopped".to_string(),
+    };
+    format!("{}: {verdict}", report.program)
+}
+
+/// What became of the commands, and how soon the robot took them.
+fn add_commands(lines: &mut Lines, report: &Report) {
     let commands = &report.commands;
     let mut counts =
         format!("{} of {} done, {} accepted", commands.done, commands.total, commands.accepted);
@@ -16,9 +69,9 @@ pub(super) fn text(report: &Report, files: &[String]) -> String {
             counts += &format!(", {count} {what}");
         }
     }
-    line("commands", counts);
+    lines.add("commands", counts);
     let latency = &report.acknowledgement_cycles;
-    line(
+    lines.add(
         "acknowledgement",
         if latency.count == 0 {
             "none".into()
@@ -29,23 +82,15 @@ pub(super) fn text(report: &Report, files: &[String]) -> String {
             )
         },
     );
+}
+
+/// What the bus cycles were like.
+fn add_bus(lines: &mut Lines, report: &Report) {
     let cycles = &report.cycles;
-    let simulated = report.settings.pace == "simulated";
-    let quantiles = |q: &super::report::ReportedQuantiles, unit: &str, scale: f64| {
-        format!(
-            "min {:.3}   p50 {:.3}   p99 {:.3}   max {:.3} {unit}",
-            q.min * scale,
-            q.p50 * scale,
-            q.p99 * scale,
-            q.max * scale
-        )
-    };
-    line(
-        "cycle time",
-        quantiles(&cycles.cycle_time_us, "ms", 1e-3) + if simulated { " (simulated)" } else { "" },
-    );
-    line("work per cycle", quantiles(&cycles.work_us, "us", 1.0));
-    line(
+    let simulated = if report.settings.pace == "simulated" { " (simulated)" } else { "" };
+    lines.add("cycle time", quantiles(&cycles.cycle_time_us, "ms", 1e-3) + simulated);
+    lines.add("work per cycle", quantiles(&cycles.work_us, "us", 1.0));
+    lines.add(
         "cycles",
         format!(
             "{} at {:.3} ms, {} {}",
@@ -55,30 +100,43 @@ pub(super) fn text(report: &Report, files: &[String]) -> String {
             if cycles.overruns == 1 { "overrun" } else { "overruns" }
         ),
     );
+}
+
+/// What is known of the robot.
+fn add_robot(lines: &mut Lines, report: &Report) {
     let order = report.settings.byte_order_used.as_deref().unwrap_or("never settled");
     let how = if report.settings.byte_order == "auto" { "found" } else { "as told" };
-    line("byte order", format!("{order} ({how})"));
+    lines.add("byte order", format!("{order} ({how})"));
     if let Some(distance_mm) = report.distance_mm {
-        line("distance", format!("{distance_mm:.1} mm, homing included"));
+        lines.add("distance", format!("{distance_mm:.1} mm, homing included"));
     }
     if let Some(robot_time_s) = report.robot_time_s {
-        line("robot time", format!("{robot_time_s:.3} s"));
+        lines.add("robot time", format!("{robot_time_s:.3} s"));
     }
-    line("wall time", format!("{:.3} s", report.wall_time_s));
+}
+
+fn wall_time(report: &Report) -> String {
+    format!("{:.3} s", report.wall_time_s)
+}
+
+/// What to know beside the figures.
+fn add_notes(lines: &mut Lines, report: &Report, files: &[String]) {
     if !report.unconfirmed_lines.is_empty() {
-        line("unconfirmed", unconfirmed(&report.unconfirmed_lines));
+        lines.add("unconfirmed", unconfirmed(&report.unconfirmed_lines));
     }
     if !files.is_empty() {
-        line("report", files.join(", "));
+        lines.add("report", files.join(", "));
     }
-    let verdict = match (report.outcome.end, report.outcome.line) {
-        ("completed", _) => "done".to_string(),
-        ("interrupted", Some(at)) => format!("interrupted at line {at}"),
-        ("interrupted", None) => "interrupted".to_string(),
-        (_, Some(at)) => format!("stopped at line {at}"),
-        (_, None) => "stopped".to_string(),
-    };
-    format!("{}: {verdict}\n\n{}", report.program, lines.concat())
+}
+
+fn quantiles(q: &ReportedQuantiles, unit: &str, scale: f64) -> String {
+    format!(
+        "min {:.3}   p50 {:.3}   p99 {:.3}   max {:.3} {unit}",
+        q.min * scale,
+        q.p50 * scale,
+        q.p99 * scale,
+        q.max * scale
+    )
 }
 
 /// Which lines only count as done because nothing would tell otherwise.

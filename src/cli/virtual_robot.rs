@@ -1,4 +1,4 @@
-//! The built-in virtual robot, as the command line sets it up.
+//! The built-in virtual robots, as the command line sets them up.
 
 use std::prelude::v1::*;
 
@@ -8,16 +8,27 @@ use super::order::OrderName;
 use crate::sim::meca500::{FittedTool, RobotSettings, VirtualRobot};
 use crate::wire::meca500::revision::Revision;
 
-/// How the virtual robot is built.
+/// How the virtual robots are built; all of them alike.
 #[derive(Args, Debug)]
-#[command(next_help_heading = "Virtual robot (--link sim)")]
+#[command(next_help_heading = "Virtual robots (--link sim, --link ethercat-sim)")]
 pub(super) struct SimArgs {
-    /// Byte order that the virtual robot speaks.
-    #[arg(long, value_enum, default_value_t = OrderName::Big, value_name = "ORDER")]
-    sim_byte_order: OrderName,
-    /// Tool on its flange.
-    #[arg(long, value_enum, default_value_t = ToolName::Megp25e, value_name = "TOOL")]
-    sim_tool: ToolName,
+    /// Byte order that the virtual robots speak; without it big behind sim, little behind ethercat-sim.
+    #[arg(long, value_enum, value_name = "ORDER")]
+    sim_byte_order: Option<OrderName>,
+    /// Tool on their flanges; without it megp25e.
+    #[arg(long, value_enum, value_name = "TOOL")]
+    sim_tool: Option<ToolName>,
+}
+
+impl SimArgs {
+    /// The first option that was given, if one was.
+    pub(super) const fn given(&self) -> Option<&'static str> {
+        match self {
+            Self { sim_byte_order: Some(_), .. } => Some("--sim-byte-order"),
+            Self { sim_tool: Some(_), .. } => Some("--sim-tool"),
+            _ => None,
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -43,12 +54,13 @@ impl From<ToolName> for FittedTool {
     }
 }
 
-/// A virtual robot that has booted, deactivated and not homed.
-pub(super) fn new(args: &SimArgs, revision: Revision) -> VirtualRobot {
+/// A virtual robot that has booted, deactivated and not homed. It speaks `order` unless it was told
+/// another.
+pub(super) fn new(args: &SimArgs, order: OrderName, revision: Revision) -> VirtualRobot {
     VirtualRobot::new(RobotSettings {
         revision,
-        byte_order: args.sim_byte_order.into(),
-        tool: args.sim_tool.into(),
+        byte_order: args.sim_byte_order.unwrap_or(order).into(),
+        tool: args.sim_tool.unwrap_or(ToolName::Megp25e).into(),
         ..RobotSettings::default()
     })
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::wording;
 use crate::engine::meca500::Event;
@@ -14,34 +14,53 @@ use crate::link::clock::MonotonicClock;
 use crate::run::drive::{Observer, Progress};
 use crate::run::program::Program;
 use crate::run::runner::Phase;
-use crate::time::Duration;
+use crate::time::{Duration, Instant};
 
-/// Messages that may wait to be drawn; what finds no room is left out.
+/// Messages of a robot that may wait to be drawn; what finds no room is left out.
 const ROOM: usize = 1_024;
 /// Wall time between two plain lines about progress.
 const PLAIN_INTERVAL: Duration = Duration::from_secs(5);
 
-/// What the drawing thread hears.
-pub(super) enum Message {
+/// What the drawing thread hears of a robot.
+pub(super) struct Message {
+    /// Position of the robot among the programs.
+    robot: usize,
+    news: News,
+}
+
+enum News {
     Event(Event, Option<usize>),
     Progress(Progress),
 }
 
-/// The run's end of the channel.
+/// One robot's end of the channel.
 pub(super) struct Watcher {
+    robot: usize,
     sender: SyncSender<Message>,
     interrupted: Arc<AtomicBool>,
     every_cycles: u64,
 }
 
 impl Watcher {
-    /// A watcher that reports progress once in so many cycles, and the other end of its channel.
-    pub(super) fn new(
-        interrupted: Arc<AtomicBool>,
+    /// Watchers of so many robots that report progress once in so many cycles, and the other end of
+    /// their channel, which is open until all of them are gone.
+    pub(super) fn all(
+        robots: usize,
+        interrupted: &Arc<AtomicBool>,
         every_cycles: u64,
-    ) -> (Self, Receiver<Message>) {
-        let (sender, receiver) = sync_channel(ROOM);
-        (Self { sender, interrupted, every_cycles: every_cycles.max(1) }, receiver)
+    ) -> (Vec<Self>, Receiver<Message>) {
+        let (sender, receiver) = sync_channel(ROOM * robots);
+        let watcher = |robot| Self {
+            robot,
+            sender: sender.clone(),
+            interrupted: Arc::clone(interrupted),
+            every_cycles: every_cycles.max(1),
+        };
+        ((0..robots).map(watcher).collect(), receiver)
+    }
+
+    fn tell(&self, news: News) {
+        let _ = self.sender.try_send(Message { robot: self.robot, news });
     }
 }
 
@@ -53,7 +72,7 @@ impl Observer for Watcher {
     fn event(&mut self, event: &Event, step: Option<usize>) {
         // Most events are about single commands; only those that will be shown are worth sending.
         if !matches!(event, Event::Accepted { .. } | Event::Started { .. } | Event::Done { .. }) {
-            let _ = self.sender.try_send(Message::Event(*event, step));
+            self.tell(News::Event(*event, step));
         }
     }
 
@@ -62,56 +81,90 @@ impl Observer for Watcher {
     }
 
     fn progress(&mut self, progress: &Progress) {
-        let _ = self.sender.try_send(Message::Progress(*progress));
+        self.tell(News::Progress(*progress));
     }
 }
 
-/// Draws until the run hangs up.
-pub(super) fn draw(receiver: Receiver<Message>, program: &Program, is_quiet: bool) {
+/// Draws until the run hangs up. `programs` are those of the robots.
+pub(super) fn draw(receiver: Receiver<Message>, programs: &[&Program], is_quiet: bool) {
     if is_quiet {
         receiver.iter().for_each(drop);
     } else if std::io::stderr().is_terminal() {
-        draw_bar(&receiver, program);
+        draw_bars(&receiver, programs);
     } else {
-        draw_lines(&receiver, program);
+        draw_lines(&receiver, programs);
     }
 }
 
-fn draw_bar(receiver: &Receiver<Message>, program: &Program) {
-    let steps = u64::try_from(program.steps().len()).unwrap_or(u64::MAX);
-    let bar = ProgressBar::with_draw_target(Some(steps), ProgressDrawTarget::stderr_with_hz(10));
-    let template = "[{elapsed_precise}] {bar:30} {pos}/{len} commands  {prefix}\n{msg}";
-    if let Ok(style) = ProgressStyle::with_template(template) {
-        bar.set_style(style.progress_chars("=> "));
+/// What stands before a line about a robot: nothing where there is only one.
+fn label(robot: usize, programs: &[&Program]) -> String {
+    match programs {
+        [_] => String::new(),
+        _ => format!("robot {}: ", robot + 1),
     }
-    for message in receiver {
-        match message {
-            Message::Event(event, step) => {
+}
+
+/// One bar a robot, and the figures below: those of the robot where there is only one.
+fn draw_bars(receiver: &Receiver<Message>, programs: &[&Program]) {
+    let bars = MultiProgress::with_draw_target(ProgressDrawTarget::stderr_with_hz(10));
+    let styled = |length, template: &str| {
+        let bar = bars.add(ProgressBar::new(length));
+        if let Ok(style) = ProgressStyle::with_template(template) {
+            bar.set_style(style.progress_chars("=> "));
+        }
+        bar
+    };
+    let robots: Vec<ProgressBar> = (0..)
+        .zip(programs)
+        .map(|(robot, program)| {
+            let steps = u64::try_from(program.steps().len()).unwrap_or(u64::MAX);
+            let label = label(robot, programs);
+            let template = format!(
+                "{label}[{{elapsed_precise}}] {{bar:30}} {{pos}}/{{len}} commands  {{prefix}}"
+            );
+            styled(steps, &template)
+        })
+        .collect();
+    let figures = styled(0, "{msg}");
+    for Message { robot, news } in receiver {
+        let (Some(program), Some(bar)) = (programs.get(robot), robots.get(robot)) else { continue };
+        match news {
+            News::Event(event, step) => {
                 if let Some(line) = wording::event(&event, line_of(program, step)) {
-                    bar.println(line);
+                    // Nobody reads standard error any more: the run goes on.
+                    let _ = bars.println(label(robot, programs) + &line);
                 }
             }
-            Message::Progress(progress) => {
+            News::Progress(progress) => {
                 bar.set_position(u64::try_from(progress.step).unwrap_or(u64::MAX));
                 bar.set_prefix(current_line(program, &progress));
-                bar.set_message(state(&progress).join("\n"));
+                let [seen, cycles] = state(&progress);
+                figures.set_message(match programs {
+                    [_] => format!("{seen}\n{cycles}"),
+                    _ => cycles,
+                });
             }
         }
     }
-    bar.finish_and_clear();
+    for bar in robots.iter().chain([&figures]) {
+        bar.finish_and_clear();
+    }
 }
 
-fn draw_lines(receiver: &Receiver<Message>, program: &Program) {
+fn draw_lines(receiver: &Receiver<Message>, programs: &[&Program]) {
     let clock = MonotonicClock::new();
-    let mut last = None;
-    for message in receiver {
-        let line = match message {
-            Message::Event(event, step) => wording::event(&event, line_of(program, step)),
-            Message::Progress(progress) => {
+    let mut last: Vec<Option<Instant>> = vec![None; programs.len()];
+    for Message { robot, news } in receiver {
+        let (Some(program), Some(last)) = (programs.get(robot), last.get_mut(robot)) else {
+            continue;
+        };
+        let line = match news {
+            News::Event(event, step) => wording::event(&event, line_of(program, step)),
+            News::Progress(progress) => {
                 let now = clock.now();
                 let is_due = last.is_none_or(|last| now - last >= PLAIN_INTERVAL);
                 is_due.then(|| {
-                    last = Some(now);
+                    *last = Some(now);
                     format!(
                         "{}   {}",
                         current_line(program, &progress),
@@ -121,6 +174,7 @@ fn draw_lines(receiver: &Receiver<Message>, program: &Program) {
             }
         };
         if let Some(line) = line {
+            let line = label(robot, programs) + &line;
             // Nobody reads standard error any more: the run goes on.
             let _ = writeln!(std::io::stderr(), "{line}");
         }

@@ -1,24 +1,23 @@
-//! One whole run: the loop, the engine, the program, and whoever watches.
+//! One whole run: the loop, the seats of its robots, and whoever watches.
 
 use super::observation::Observation;
 use super::outcome::{End, LinkMessage, Outcome};
 use super::pace::Pace;
 use super::periodic::{Controller, CycleError, Periodic};
-use super::recording::{Recording, Sample};
+use super::recording::Recording;
 use super::runner::{Phase, Runner};
+use super::seat::Seat;
+use super::single::Single;
 use super::statistics::Quantiles;
-use crate::cycle::{CyclicLink, InputQuality};
+use crate::cycle::{CyclicLink, CyclicSegment, InputQuality};
 use crate::engine::meca500::{Engine, Event};
 use crate::time::{Duration, Instant};
 use crate::wire::WireError;
 use crate::wire::meca500::image::{INPUT_LEN, OUTPUT_LEN};
 
-/// Cycles in which the safe image is sent at the end of a run.
-const RELEASE_CYCLES: u32 = 10;
-
-/// Cycles in a row that make no sense before the first command, after which the run ends. Fewer than
-/// the engine waits before it sends anything.
-const IMPLAUSIBLE_CYCLES: u32 = 4;
+/// Cycles in which the safe image is sent at the end of a run. A robot that got it so often is safe,
+/// whatever becomes of the bus.
+pub(super) const RELEASE_CYCLES: u32 = 10;
 
 impl<const QUEUE: usize> Controller for Engine<QUEUE> {
     const OUTPUT_LEN: usize = OUTPUT_LEN;
@@ -54,7 +53,7 @@ pub struct Progress {
     pub cycle_time_ns: Quantiles,
 }
 
-/// Whoever watches a run. Nothing here may block: the bus waits for it.
+/// Whoever watches one robot of a run. Nothing here may block: the bus waits for it.
 pub trait Observer {
     /// Whether somebody asked for the end of the run.
     fn is_interrupted(&mut self) -> bool;
@@ -69,14 +68,14 @@ pub trait Observer {
     fn progress(&mut self, progress: &Progress);
 }
 
-/// Runs a program to its end and leaves safe outputs behind. A link that fails is an outcome like any
-/// other; the safe outputs are still tried.
+/// Runs a program to its end on the robot of a link and leaves safe outputs behind. A link that fails
+/// is an outcome like any other; the safe outputs are still tried.
 ///
 /// # Errors
 ///
 /// The link brings other images than those of a Meca500.
 pub fn drive<L: CyclicLink, P: Pace, const QUEUE: usize>(
-    periodic: &mut Periodic<L, P>,
+    periodic: &mut Periodic<Single<L>, P>,
     engine: &mut Engine<QUEUE>,
     runner: &mut Runner<'_>,
     recording: &mut Recording,
@@ -85,69 +84,60 @@ pub fn drive<L: CyclicLink, P: Pace, const QUEUE: usize>(
 where
     L::Error: core::fmt::Display,
 {
-    let mut implausible = 0;
-    let outcome = loop {
-        let turn = match periodic.turn(engine) {
-            Ok(turn) => turn,
+    let mut seat = Seat::new(engine, runner, recording, observer);
+    drive_all(periodic, core::slice::from_mut(&mut seat))?;
+    Ok(seat.into_outcome())
+}
+
+/// Runs the program of every seat to its end, each on the robot of its number, and leaves safe outputs
+/// behind; the outcomes are in the seats. Does not allocate.
+///
+/// The robot of a seat that ends gets safe outputs from then on while the others go on. When the
+/// segment fails, every seat that still runs ends over it; the safe outputs are still tried. A seat beyond the robots of the segment ends
+/// unconnected; a robot beyond the seats gets outputs of zero.
+///
+/// # Errors
+///
+/// The segment brings other images than those of a Meca500.
+pub fn drive_all<S: CyclicSegment, P: Pace, O: Observer, const QUEUE: usize>(
+    periodic: &mut Periodic<S, P>,
+    seats: &mut [Seat<'_, '_, O, QUEUE>],
+) -> Result<(), CycleError<S::Error>>
+where
+    S::Error: core::fmt::Display,
+{
+    while seats.iter().any(Seat::is_running) {
+        match periodic.turn(seats.iter_mut().map(Seat::controller)) {
+            Ok(now) => after_turn(periodic, seats, now),
             Err(CycleError::Link(error)) => {
-                break runner.link_failed(End::LinkFailed(LinkMessage::of(&error)));
+                let end = End::LinkFailed(LinkMessage::of(&error));
+                seats.iter_mut().for_each(|seat| seat.cut_off(end));
             }
             Err(image) => {
                 let _ = periodic.release(RELEASE_CYCLES);
                 return Err(image);
             }
-        };
-        let since_begin = recording.cycle(turn.now);
-        let step = (runner.phase() == Phase::Running).then(|| runner.current_step());
-        let is_interrupted = observer.is_interrupted();
-        let outcome = runner.after_turn(engine, turn.now, is_interrupted, |event| {
-            observer.event(event, step);
-        });
-        let order = engine.byte_order();
-        let seen =
-            order.and_then(|order| Observation::read(periodic.inputs(), periodic.outputs(), order));
-        if let Some(seen) = seen {
-            let counts = runner.counts();
-            recording.record(Sample {
-                at: since_begin,
-                seen,
-                submitted: counts.submitted,
-                accepted: counts.accepted,
-                done: counts.done,
-            });
         }
-        implausible = match seen {
-            Some(seen) if runner.counts().submitted == 0 && !seen.is_plausible() => implausible + 1,
-            _ => 0,
-        };
-        let outcome = match outcome {
-            None if implausible >= IMPLAUSIBLE_CYCLES => {
-                runner.give_up(engine, End::ImplausibleInputs, turn.now)
-            }
-            outcome => outcome,
-        };
-        let statistics = periodic.statistics();
-        if outcome.is_some() || observer.wants_progress(statistics.cycles) {
-            observer.progress(&Progress {
-                bus_time: since_begin,
-                phase: runner.phase(),
-                step: runner.current_step(),
-                seen,
-                cycles: statistics.cycles,
-                overruns: statistics.overruns,
-                cycle_time_ns: statistics.cycle_time_ns.quantiles(),
-            });
+    }
+    if let Err(error) = periodic.release(RELEASE_CYCLES) {
+        let message = LinkMessage::of(&error);
+        seats.iter_mut().for_each(|seat| seat.release_failed(message));
+    }
+    Ok(())
+}
+
+fn after_turn<S: CyclicSegment, P: Pace, O: Observer, const QUEUE: usize>(
+    periodic: &mut Periodic<S, P>,
+    seats: &mut [Seat<'_, '_, O, QUEUE>],
+    now: Instant,
+) {
+    for (robot, seat) in seats.iter_mut().enumerate() {
+        match periodic.ports().get(robot) {
+            Some(port) => seat.after_turn(now, port, periodic.statistics()),
+            None => seat.cut_off(End::NotConnected),
         }
-        if let Some(outcome) = outcome {
-            break outcome;
+        if !seat.is_running() {
+            periodic.make_safe(robot);
         }
-    };
-    recording.close();
-    match periodic.release(RELEASE_CYCLES) {
-        // The safe outputs did not leave: that is no good end, nor a clean interrupt.
-        Err(error) if matches!(outcome.end, End::Completed | End::Interrupted) => {
-            Ok(Outcome { end: End::LinkFailed(LinkMessage::of(&error)), ..outcome })
-        }
-        _ => Ok(outcome),
     }
 }

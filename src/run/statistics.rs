@@ -89,7 +89,7 @@ impl Distribution {
     }
 }
 
-/// What the cycles of a run were like.
+/// What the bus cycles of a run were like, for all robots at once.
 #[derive(Clone, Debug)]
 pub struct CycleStatistics {
     /// Cycles that took place.
@@ -97,15 +97,11 @@ pub struct CycleStatistics {
     /// Deadlines that passed without a cycle, because the one before was still busy or the
     /// operating system woke the program too late.
     pub overruns: u64,
-    /// Cycles whose inputs were stale.
-    pub stale: u64,
-    /// Cycles without inputs to be trusted.
-    pub lost: u64,
     /// From the beginning of a cycle to the beginning of the next, in nanoseconds.
     pub cycle_time_ns: Distribution,
     /// From a cycle's deadline to its beginning (jitter), in nanoseconds.
     pub lateness_ns: Distribution,
-    /// What link and controller took within a cycle, by the wall clock, in nanoseconds.
+    /// What the exchange and all controllers took within a cycle, by the wall clock, in nanoseconds.
     pub work_ns: Distribution,
     previous_beginning: Option<Instant>,
 }
@@ -117,8 +113,6 @@ impl CycleStatistics {
         Self {
             cycles: 0,
             overruns: 0,
-            stale: 0,
-            lost: 0,
             cycle_time_ns: Distribution::of_durations(),
             lateness_ns: Distribution::of_durations(),
             work_ns: Distribution::of_durations(),
@@ -134,17 +128,43 @@ impl CycleStatistics {
             self.cycle_time_ns.record_duration(beginning.at - previous);
         }
     }
+}
 
-    pub(super) fn record_quality(&mut self, quality: InputQuality) {
+impl Default for CycleStatistics {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// What the cycles of one robot were like, as long as it had a controller.
+#[derive(Clone, Debug)]
+pub struct RobotStatistics {
+    /// Cycles whose inputs were stale.
+    pub stale: u64,
+    /// Cycles without inputs to be trusted.
+    pub lost: u64,
+    /// What the controller took within a cycle, by the wall clock, in nanoseconds.
+    pub controller_ns: Distribution,
+}
+
+impl RobotStatistics {
+    /// Nothing counted yet. Takes all memory it will ever need.
+    #[must_use]
+    pub fn new() -> Self {
+        Self { stale: 0, lost: 0, controller_ns: Distribution::of_durations() }
+    }
+
+    pub(super) fn record(&mut self, quality: InputQuality, controller_took: Duration) {
         match quality {
             InputQuality::Fresh => {}
             InputQuality::Stale { .. } => self.stale += 1,
             InputQuality::Lost => self.lost += 1,
         }
+        self.controller_ns.record_duration(controller_took);
     }
 }
 
-impl Default for CycleStatistics {
+impl Default for RobotStatistics {
     fn default() -> Self {
         Self::new()
     }

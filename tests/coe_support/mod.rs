@@ -50,7 +50,7 @@ pub(crate) fn firmware(settings: Meca500Settings) -> Firmware {
 
 pub(crate) fn bytes(hex: &str) -> Vec<u8> {
     let digits: Vec<char> = hex.chars().filter(|c| !c.is_whitespace()).collect();
-    assert!(digits.len() % 2 == 0, "an odd number of digits: {hex}");
+    assert!(digits.len().is_multiple_of(2), "an odd number of digits: {hex}");
     digits
         .chunks(2)
         .map(|pair| u8::from_str_radix(&pair.iter().collect::<String>(), 16).unwrap())

@@ -269,21 +269,21 @@ impl Bench {
         assert_eq!(self.write(register, &[a, b, c, d, control, 0, u8::from(enable), 0]), 1);
     }
 
-    pub fn to_pre_op(&mut self) {
+    pub fn bring_to_pre_op(&mut self) {
         self.set_sync_manager(0, true);
         self.set_sync_manager(1, true);
         assert_eq!(self.request(2), (2, 0));
     }
 
-    pub fn to_safe_op(&mut self) {
-        self.to_pre_op();
+    pub fn bring_to_safe_op(&mut self) {
+        self.bring_to_pre_op();
         self.set_sync_manager(2, true);
         self.set_sync_manager(3, true);
         assert_eq!(self.request(4), (4, 0));
     }
 
-    pub fn to_op(&mut self) {
-        self.to_safe_op();
+    pub fn bring_to_op(&mut self) {
+        self.bring_to_safe_op();
         assert_eq!(self.write(0x1100, &[0; OUTPUTS]), 1);
         assert_eq!(self.request(8), (8, 0));
     }

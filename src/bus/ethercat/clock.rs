@@ -75,9 +75,9 @@ impl Clock {
         memory.set_u8(DC_SPEED_FILTER, SPEED_FILTER_POWER_UP);
     }
 
-    /// Local time in ns.
+    /// Local time in ns. `now` may lie before the last frame, which came later by its way here.
     pub(super) fn local(&self, now: Instant) -> u64 {
-        let elapsed = i128::from(now.as_nanos().saturating_sub(self.at.as_nanos()));
+        let elapsed = i128::from(now.as_nanos()) - i128::from(self.at.as_nanos());
         let rate = i128::from(self.drift_ppb) + i128::from(self.correction_ppb);
         let gained = elapsed + elapsed * rate / BILLION;
         self.local_ns.wrapping_add(gained as u64)
@@ -191,9 +191,9 @@ impl Clock {
         let (system, cycle) = (self.system(now, memory), u64::from(memory.u32(DC_SYNC0_CYCLE)));
         let passed = self.next_sync0.map_or(0, |next| system.saturating_sub(next));
         self.next_sync0 = match passed.checked_div(cycle) {
-            Some(cycles) => {
-                self.next_sync0.map(|next| next.saturating_add((cycles + 1).saturating_mul(cycle)))
-            }
+            Some(cycles) => self
+                .next_sync0
+                .map(|next| next.saturating_add(cycles.saturating_add(1).saturating_mul(cycle))),
             None => Some(u64::MAX),
         };
     }

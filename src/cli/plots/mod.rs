@@ -12,7 +12,7 @@ use crate::run::recording::Recording;
 /// Why a plot could not be drawn.
 type PlotError = Box<dyn std::error::Error>;
 
-/// Every plot with the name of its file.
+/// Every plot with the name of its file; `program` is what their titles call it.
 pub(super) fn all(
     program: &str,
     recording: &Recording,

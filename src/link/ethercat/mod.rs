@@ -2,8 +2,39 @@
 //!
 //! Read [`wire`] first: all that the link knows of the outside world.
 
+mod borrowed;
+mod care;
+mod coe;
+mod driver;
+mod error;
+mod event;
+mod exchange;
 pub mod faulty_wire;
+mod group;
+mod in_flight;
+pub mod layout;
+pub mod memory;
+mod monitor;
+mod pdu_core;
 #[cfg(target_os = "linux")]
 pub mod raw_socket;
+mod register;
+mod robot;
+mod search;
+mod segment;
 pub mod serve;
+mod settings;
+mod single;
+mod start;
+mod statistics;
 pub mod wire;
+
+pub use borrowed::GroupRobot;
+pub use driver::FrameCounters;
+pub use error::{EthercatError, Step};
+pub use event::{EventKind, SegmentEvent};
+pub use robot::{RobotFound, SubDeviceFound};
+pub use segment::{EthercatSegment, StartFailure};
+pub use settings::{Assignment, Clocks, MAX_ROBOTS, RobotAddress, RobotChoice, SegmentSettings};
+pub use single::EthercatLink;
+pub use statistics::{ClockFigures, SegmentStatistics};

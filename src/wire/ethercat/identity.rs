@@ -15,12 +15,12 @@ pub struct Identity {
     pub serial: u32,
 }
 
-/// Mecademic's vendor ID. Source: capture.
+/// Mecademic's vendor ID. Source: mapping.
 pub const MECA500_VENDOR_ID: u32 = 0x00EC_ADE1;
-/// Product code of the Meca500, revisions R3 and R4 alike. Source: capture.
+/// Product code of the Meca500, revisions R3 and R4 alike. Source: mapping.
 pub const MECA500_PRODUCT_CODE: u32 = 0x0004_D500;
 /// Revision number of every firmware so far, although the image's layout changed: it cannot tell
-/// the layout. Source: capture.
+/// the layout. Source: mapping.
 pub const MECA500_REVISION: u32 = 1;
 
 impl Identity {

@@ -6,18 +6,12 @@
 //! Source: capture, for identity and addresses; choice, for names and the way the firmware is
 //! attached.
 
+use crate::wire::ethercat::identity::{MECA500_PRODUCT_CODE, MECA500_REVISION, MECA500_VENDOR_ID};
 use crate::wire::ethercat::register::SyncManagerControl;
 use crate::wire::ethercat::sii::{
     COE_COMPLETE_ACCESS, COE_PDO_ASSIGN, COE_SDO, COE_SDO_INFO, DcDescription, Description,
     FmmuUse, MailboxArea, MailboxDescription, PROTOCOL_COE, SyncManagerDescription, SyncManagerUse,
 };
-
-/// Vendor number of Mecademic.
-pub const VENDOR: u32 = 0x00EC_ADE1;
-/// Product code of the Meca500.
-pub const PRODUCT: u32 = 0x0004_D500;
-/// Revision, the same in every firmware seen.
-pub const REVISION: u32 = 1;
 
 /// The mailbox that the main device writes: sync manager 0.
 pub const MAILBOX_RECEIVE: MailboxArea = MailboxArea { start: 0x1000, length: 128 };
@@ -40,9 +34,9 @@ const INPUTS: SyncManagerControl = SyncManagerControl::PDI_EVENT;
 
 /// The description its SII is built from.
 pub const DESCRIPTION: Description = Description {
-    vendor: VENDOR,
-    product: PRODUCT,
-    revision: REVISION,
+    vendor: MECA500_VENDOR_ID,
+    product: MECA500_PRODUCT_CODE,
+    revision: MECA500_REVISION,
     serial: 0,
     alias: 0,
     pdi_control: 0x0E08,

@@ -125,12 +125,12 @@ impl CoeServer {
         if room.len() < SHORTEST_ROOM {
             return None;
         }
-        if self.reply.is_none() {
-            if let Some(len) = self.waiting.len.take() {
-                let waiting = self.waiting.datagram;
-                let datagram = waiting.get(..len).unwrap_or(&waiting);
-                self.handle(dictionary, self.waiting.state, datagram);
-            }
+        if self.reply.is_none()
+            && let Some(len) = self.waiting.len.take()
+        {
+            let waiting = self.waiting.datagram;
+            let datagram = waiting.get(..len).unwrap_or(&waiting);
+            self.handle(dictionary, self.waiting.state, datagram);
         }
         if self.reply.is_none() && core::mem::take(&mut self.overflow) {
             self.reply = Some(Reply::Error(MailboxError::NO_MORE_MEMORY));

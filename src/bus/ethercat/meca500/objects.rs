@@ -25,6 +25,9 @@ const INPUT_ASSIGNMENT: u16 = 0x1C13;
 const OUTPUT_SYNC: u16 = 0x1C32;
 const INPUT_SYNC: u16 = 0x1C33;
 
+/// The one object whose numbers have holes. Source: PM Table 21.
+const SAFETY_STATUS: u16 = 0x6065;
+
 /// The communication area.
 const COMMUNICATION: [u16; 11] = [
     DEVICE_TYPE,
@@ -305,7 +308,7 @@ impl Dictionary for Objects {
             Place::Process(direction, ..) => {
                 let Some(mapped) = self.process_entry(direction, index, sub_index) else {
                     // Where 6065h leaves numbers out, each stands for one reserved bit.
-                    return Some(Entry::padding(1));
+                    return (index == SAFETY_STATUS).then(|| Entry::padding(1));
                 };
                 let mappable = match direction {
                     Direction::Outputs => ObjectAccess::RX_PDO,

@@ -8,6 +8,7 @@
 //! an object with one field is a variable (sub-index 0, not 1), an object that shares a PDO counts
 //! its own fields from 1 (the manual counts 1602h:1 to 1602h:7 across 7305h and 7306h, the robot
 //! maps 7305h:00 and 7306h:01 to 7306h:06), and reserved bits are gaps: index 0, at most 32 bits.
+//! Source: mapping. Unverified: that firmware 11.3 numbers the same way.
 //!
 //! ```
 //! use fieldarm::wire::meca500::image::pdo::{PdoLayout, input_pdos};
@@ -28,12 +29,16 @@ pub enum PdoLayout {
     /// Firmware 11.3, the programming manual.
     #[default]
     V11_3,
+    /// The same with the sub-indices exactly as the manual prints them: 7305h:01, 7306h:02 to
+    /// 7306h:07, 7400h:01, 7420h:01 and so on. Source: PM Tables 4 to 25. Unverified: no robot was
+    /// seen like this, none with firmware 11.3 otherwise either.
+    V11_3Printed,
     /// Firmware 10.2: one 32-bit checkpoint (6015h:01) instead of reached and discarded, the rest
     /// of 6015h numbered one lower; gaps for UseVariables and MonitoringMode. Source: choice, after
     /// the mapping of firmware 9.3.
     V10_2,
     /// Firmware 9.3: as 10.2, with gaps also for DisableEtherCAT, EStop, CollisionStatus and
-    /// WorkZoneStatus; no PDO 1A11h, but three gaps of 32 bits at the end of 1A10h. Source: capture.
+    /// WorkZoneStatus; no PDO 1A11h, but three gaps of 32 bits at the end of 1A10h. Source: mapping.
     V9_3,
 }
 
@@ -50,7 +55,7 @@ impl PdoLayout {
     /// Fields that this firmware does not have: their bits are gaps.
     const fn missing(self) -> &'static [&'static str] {
         match self {
-            Self::V11_3 => &[],
+            Self::V11_3 | Self::V11_3Printed => &[],
             Self::V10_2 => &["UseVariables", "MonitoringMode"],
             Self::V9_3 => &[
                 "UseVariables",
@@ -76,7 +81,7 @@ impl PdoLayout {
 
     /// Whether `field` is the lower half of the 32-bit checkpoint of older firmware.
     fn is_wide_checkpoint(self, field: &Field) -> bool {
-        self != Self::V11_3 && field.name == CHECKPOINT
+        matches!(self, Self::V10_2 | Self::V9_3) && field.name == CHECKPOINT
     }
 }
 
@@ -249,6 +254,9 @@ impl PdoEntries {
 
     /// The object's sub-index of `field`.
     fn sub_index(&mut self, field: &Field) -> u8 {
+        if self.layout == PdoLayout::V11_3Printed {
+            return field.sub_index.unwrap_or(0);
+        }
         if self.numbering.object != field.object {
             let own = || self.all.iter().filter(|row| row.object == field.object);
             self.numbering = Numbering {

@@ -1,0 +1,168 @@
+//! `--link`: which way to the robots.
+
+use core::fmt;
+use std::prelude::v1::*;
+
+use super::order::OrderName;
+
+/// What `--link` takes, for messages about what it does not.
+const CHOICES: &str = "sim, ethercat-sim and ethercat:IFACE[:POSITION]";
+/// Longest name of a network interface on Linux, in bytes.
+const LONGEST_INTERFACE: usize = 15;
+
+/// A way to the robots.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum LinkChoice {
+    /// Virtual robots in this process, without a bus.
+    Sim,
+    /// Virtual robots in this process, behind the whole EtherCAT stack.
+    EthercatSim,
+    /// The robots on the EtherCAT segment of a network interface.
+    Ethercat {
+        /// Name of the interface.
+        interface: String,
+        /// Which subdevice of the segment, from 0; `None` means the first robots there are.
+        position: Option<u16>,
+    },
+}
+
+impl LinkChoice {
+    /// Reads what stands behind `--link`.
+    pub(super) fn parse(text: &str) -> Result<Self, String> {
+        let (name, rest) = match text.split_once(':') {
+            Some((name, rest)) => (name, Some(rest)),
+            None => (text, None),
+        };
+        match (name, rest) {
+            ("sim", None) => Ok(Self::Sim),
+            ("ethercat-sim", None) => Ok(Self::EthercatSim),
+            ("sim" | "ethercat-sim", Some(_)) => {
+                Err(format!("{name} has its robots in this process; nothing may follow the name"))
+            }
+            ("ethercat", rest) => Self::parse_ethercat(rest.unwrap_or_default()),
+            ("enip" | "profinet" | "tcp", _) => {
+                Err(format!("{name} is coming in a later version; for now there are {CHOICES}"))
+            }
+            _ => Err(format!("for now there are {CHOICES}; enip, profinet and tcp are coming")),
+        }
+    }
+
+    fn parse_ethercat(rest: &str) -> Result<Self, String> {
+        let (interface, position) = match rest.split_once(':') {
+            Some((interface, position)) => (interface, Some(position)),
+            None => (rest, None),
+        };
+        if interface.is_empty() {
+            return Err("ethercat needs the name of a network interface, as in ethercat:eth0; \
+                        ethercat-sim needs none"
+                .into());
+        }
+        let is_wrong = |c: char| c.is_whitespace() || c.is_control() || c == '/';
+        if interface.len() > LONGEST_INTERFACE || interface.contains(is_wrong) {
+            return Err(format!(
+                "`{interface}` cannot be the name of a network interface: 1 to \
+                 {LONGEST_INTERFACE} bytes without blanks and slashes"
+            ));
+        }
+        let position = position.map(parse_position).transpose()?;
+        Ok(Self::Ethercat { interface: interface.into(), position })
+    }
+
+    /// Whether the robots are virtual ones in this process, whose time may be simulated.
+    pub(super) const fn is_in_process(&self) -> bool {
+        matches!(self, Self::Sim | Self::EthercatSim)
+    }
+
+    /// The order that virtual robots speak behind this link unless they are told another.
+    pub(super) const fn sim_byte_order(&self) -> OrderName {
+        match self {
+            Self::Sim => OrderName::Big,
+            // As seen on a real robot; the manual says big.
+            Self::EthercatSim | Self::Ethercat { .. } => OrderName::Little,
+        }
+    }
+}
+
+/// All digits, so that `+1` is as wrong as `-1`.
+fn parse_position(text: &str) -> Result<u16, String> {
+    let is_number = !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+    text.parse().ok().filter(|_| is_number).ok_or_else(|| {
+        format!(
+            "`{text}` is no position on the segment: a number from 0 to {}, counted from the \
+             interface",
+            u16::MAX
+        )
+    })
+}
+
+impl fmt::Display for LinkChoice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Sim => f.write_str("sim"),
+            Self::EthercatSim => f.write_str("ethercat-sim"),
+            Self::Ethercat { interface, position: None } => write!(f, "ethercat:{interface}"),
+            Self::Ethercat { interface, position: Some(position) } => {
+                write!(f, "ethercat:{interface}:{position}")
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_right_reads_back_as_it_was_written() {
+        let ethercat = |position| LinkChoice::Ethercat { interface: "eth0".into(), position };
+        let choices = [
+            ("sim", LinkChoice::Sim),
+            ("ethercat-sim", LinkChoice::EthercatSim),
+            ("ethercat:eth0", ethercat(None)),
+            ("ethercat:eth0:0", ethercat(Some(0))),
+            ("ethercat:eth0:65535", ethercat(Some(65_535))),
+        ];
+        for (text, choice) in choices {
+            assert_eq!(LinkChoice::parse(text), Ok(choice.clone()), "{text}");
+            assert_eq!(choice.to_string(), text);
+        }
+    }
+
+    #[test]
+    fn virtual_robots_speak_as_robots_on_that_link_do() {
+        for (text, order) in [("sim", OrderName::Big), ("ethercat-sim", OrderName::Little)] {
+            let link = LinkChoice::parse(text).expect(text);
+            assert_eq!(link.sim_byte_order(), order, "{text}");
+            assert!(link.is_in_process(), "{text}");
+        }
+        assert!(!LinkChoice::parse("ethercat:eth0").is_ok_and(|link| link.is_in_process()));
+    }
+
+    #[test]
+    fn what_is_wrong_is_told_with_what_would_be_right() {
+        let cases = [
+            ("ethercat", "needs the name of a network interface, as in ethercat:eth0"),
+            ("ethercat:", "needs the name of a network interface"),
+            ("ethercat::1", "needs the name of a network interface"),
+            ("ethercat:eth0:", "`` is no position on the segment: a number from 0 to 65535"),
+            ("ethercat:eth0:x", "`x` is no position"),
+            ("ethercat:eth0:-1", "`-1` is no position"),
+            ("ethercat:eth0:+1", "`+1` is no position"),
+            ("ethercat:eth0:65536", "`65536` is no position"),
+            ("ethercat:eth0:1:2", "`1:2` is no position"),
+            ("ethercat:e t", "`e t` cannot be the name of a network interface"),
+            ("ethercat:/dev/eth0", "cannot be the name of a network interface"),
+            ("ethercat:abcdefghijklmnop", "1 to 15 bytes"),
+            ("sim:0", "sim has its robots in this process"),
+            ("ethercat-sim:eth0", "ethercat-sim has its robots in this process"),
+            ("enip", "enip is coming in a later version; for now there are sim, ethercat-sim"),
+            ("profinet:eth0", "profinet is coming"),
+            ("usb", "for now there are sim, ethercat-sim and ethercat:IFACE[:POSITION]"),
+            ("", "for now there are sim"),
+        ];
+        for (text, message) in cases {
+            let error = LinkChoice::parse(text).expect_err(text);
+            assert!(error.contains(message), "{text}: {error}");
+        }
+    }
+}

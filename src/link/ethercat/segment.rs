@@ -1,0 +1,595 @@
+//! A segment in operation: one bus cycle for all robots, and whoever falls brought back.
+//!
+//! ```text
+//!              +------------------------- back in OP -------------------------+
+//!              v                                                              |
+//!  start --> in OP --> not in OP (fell) --> look --> lift or restore ---------+
+//!              |                              ^
+//!              +-----> no answer (gone) --> answers again
+//! ```
+//!
+//! Invariants: inputs are handed on only from an exchange in which the robot was in OP and the working
+//! counter added up; an exchange does not allocate, except that a robot which left OP gets a task; no
+//! robot is started again by itself except to OP with the outputs that the caller has set then, which
+//! an engine that has seen [`InputQuality::Lost`] keeps at zero.
+
+use std::sync::Arc;
+use std::vec::Vec;
+
+use super::care::{CareKind, CareOutcome, Carer};
+use super::driver::{Driver, FrameCounters, LongTask};
+use super::error::{EthercatError, Step};
+use super::event::{EventKind, EventQueue, SegmentEvent};
+use super::exchange::{Replies, Verdict, exchange_groups, judge};
+use super::group::Shared;
+use super::in_flight::NoticeKind;
+use super::monitor::only_dynamic_data;
+use super::pdu_core::PduCore;
+use super::robot::{RobotFound, SubDeviceFound};
+use super::settings::{Clocks, SegmentSettings};
+use super::start::{Started, Starter};
+use super::statistics::{ClockTrack, SegmentStatistics};
+use super::wire::Wire;
+use crate::cycle::{CyclicSegment, InputQuality};
+use crate::time::{Duration, Instant};
+use crate::wire::ethercat::al::{AlState, AlStatusCode};
+use crate::wire::meca500::image::{INPUT_LEN, OUTPUT_LEN};
+
+/// Attempts to start before the error is told: frames can get lost on the way.
+const START_ATTEMPTS: u32 = 3;
+/// Exchanges without an answer of a robot before it counts as gone.
+const GONE_AFTER: u32 = 20;
+/// Time between two looks for a robot that is gone.
+const FIND_EVERY: Duration = Duration::from_millis(100);
+/// Time before the next attempt to bring a robot back.
+const TRY_AGAIN_AFTER: Duration = Duration::from_millis(500);
+/// Exchanges between two looks for a reason while robots do not reach OP.
+const LOOK_EVERY: u64 = 50;
+
+/// Where a robot is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Condition {
+    /// On its way to OP for the first time.
+    Starting,
+    /// In OP.
+    InOp,
+    /// In another state; `seen` is what it was in when last looked at.
+    Away { seen: Option<AlState>, is_told: bool },
+    /// Does not answer; `answers` when something does at its position.
+    Gone { answers: bool },
+    /// Not driven any more.
+    Blocked,
+}
+
+struct Robot {
+    outputs: [u8; OUTPUT_LEN],
+    inputs: [u8; INPUT_LEN],
+    quality: InputQuality,
+    condition: Condition,
+    unanswered: u32,
+    care_at: Instant,
+}
+
+impl Robot {
+    const fn new() -> Self {
+        Self {
+            outputs: [0; OUTPUT_LEN],
+            inputs: [0; INPUT_LEN],
+            quality: InputQuality::Lost,
+            condition: Condition::Starting,
+            unanswered: 0,
+            care_at: Instant::ZERO,
+        }
+    }
+
+    /// One more exchange without new inputs.
+    fn grow_stale(&mut self) {
+        self.quality = match self.quality {
+            _ if self.condition != Condition::InOp => InputQuality::Lost,
+            InputQuality::Fresh => InputQuality::Stale { age_cycles: 1 },
+            InputQuality::Stale { age_cycles } => {
+                InputQuality::Stale { age_cycles: age_cycles.saturating_add(1) }
+            }
+            InputQuality::Lost => InputQuality::Lost,
+        };
+    }
+}
+
+/// The task that brings a robot back, one at a time.
+struct Care {
+    kind: CareKind,
+    robot: usize,
+    give_up_at: Instant,
+}
+
+/// A segment whose robots are in OP.
+pub struct EthercatSegment<W> {
+    task: Option<LongTask<CareOutcome>>,
+    care: Option<Care>,
+    shared: Arc<Shared>,
+    robots: Vec<Robot>,
+    found: Vec<RobotFound>,
+    subdevices: Vec<SubDeviceFound>,
+    settings: Arc<SegmentSettings>,
+    events: EventQueue,
+    statistics: SegmentStatistics,
+    clock: Option<ClockTrack>,
+    nudge_ns: i64,
+    last_began: Option<Instant>,
+    /// Time of the wire minus time of the caller, for wires whose time is simulated.
+    offset: Option<Duration>,
+    next_care: usize,
+    driver: Driver<W>,
+}
+
+/// A segment that could not be started, and its wire.
+#[derive(Debug)]
+pub struct StartFailure<W> {
+    /// Why.
+    pub error: EthercatError,
+    /// The wire, to try again on.
+    pub wire: W,
+}
+
+impl<W: Wire> EthercatSegment<W> {
+    /// Brings every chosen robot to OP, with outputs of zero, and returns when all are there.
+    ///
+    /// All subdevices are reset first. Those that are not chosen stay in PRE-OP.
+    ///
+    /// # Errors
+    ///
+    /// Why it cannot be done, with the wire. Losses on the wire are tried three times.
+    pub fn start(wire: W, settings: SegmentSettings) -> Result<Self, StartFailure<W>> {
+        let core = PduCore::take(settings.clocks != Clocks::Off);
+        let settings = Arc::new(settings);
+        let mut driver = Driver::new(wire, core);
+        let mut attempt = 1;
+        loop {
+            let deadline = driver.now() + settings.start_limit;
+            let mut starter = Starter { driver: &mut driver, settings: &settings, deadline };
+            let error = match starter.run() {
+                Ok(started) => {
+                    let mut segment = Self::assemble(driver, Arc::clone(&settings), started);
+                    match segment.cycle_until_op(deadline) {
+                        Ok(()) => return Ok(segment),
+                        Err(error) => {
+                            driver = segment.into_driver();
+                            error
+                        }
+                    }
+                }
+                Err(error) => error,
+            };
+            if attempt == START_ATTEMPTS || !is_worth_another_attempt(error) {
+                return Err(StartFailure { error, wire: driver.into_wire() });
+            }
+            attempt += 1;
+        }
+    }
+
+    fn assemble(driver: Driver<W>, settings: Arc<SegmentSettings>, started: Started) -> Self {
+        let Started { shared, seats } = started;
+        let subdevices: Vec<SubDeviceFound> = seats.into_iter().map(|seat| seat.found).collect();
+        let found = shared.members.iter().map(|member| RobotFound {
+            position: member.position,
+            identity: member.identity,
+            alias: subdevices
+                .get(usize::from(member.position))
+                .map_or(0, |subdevice| subdevice.alias),
+            outputs: member.outputs.clone(),
+            inputs: member.inputs.clone(),
+        });
+        let clock = match settings.clocks {
+            Clocks::Off => None,
+            Clocks::Sync0 { shift } => Some(ClockTrack::new(settings.cycle, shift)),
+        };
+        Self {
+            task: None,
+            care: None,
+            found: found.collect(),
+            robots: shared.members.iter().map(|_| Robot::new()).collect(),
+            shared: Arc::new(shared),
+            subdevices,
+            settings,
+            events: EventQueue::new(),
+            statistics: SegmentStatistics::new(),
+            clock,
+            nudge_ns: 0,
+            last_began: None,
+            offset: None,
+            next_care: 0,
+            driver,
+        }
+    }
+
+    fn into_driver(self) -> Driver<W> {
+        self.driver
+    }
+
+    /// Cycles with outputs of zero until every robot is in OP.
+    fn cycle_until_op(&mut self, deadline: Instant) -> Result<(), EthercatError> {
+        let mut due = self.driver.now();
+        let mut cycles = 0_u64;
+        loop {
+            self.cycle();
+            if self.robots.iter().all(|robot| robot.condition == Condition::InOp) {
+                self.statistics = SegmentStatistics::new();
+                return Ok(());
+            }
+            let now = self.driver.now();
+            if now >= deadline {
+                let counters = self.driver.counters();
+                let (sent, received) = (counters.sent, counters.received);
+                return Err(EthercatError::TimedOut { step: Step::Op, sent, received });
+            }
+            cycles += 1;
+            if cycles % LOOK_EVERY == 0 {
+                let settings = Arc::clone(&self.settings);
+                let mut starter =
+                    Starter { driver: &mut self.driver, settings: &settings, deadline };
+                if let Some(refusal) =
+                    starter.refusal(&self.shared.main_device, &self.shared.members, AlState::Op)
+                {
+                    return Err(refusal);
+                }
+            }
+            let (later, earlier) = nudge(self.nudge_ns);
+            due = (due + (self.settings.cycle + later).saturating_sub(earlier)).max(now);
+            self.driver.idle_until(due);
+        }
+    }
+
+    /// One bus cycle, in the time of the wire.
+    fn cycle(&mut self) {
+        let began = self.driver.now();
+        if let Some(last) = self.last_began.replace(began) {
+            let limit = self.settings.cycle * 3 / 2;
+            self.statistics.late += u64::from(began.saturating_duration_since(last) > limit);
+        }
+        let main_device = &self.shared.main_device;
+        for (member, robot) in self.shared.members.iter().zip(&self.robots) {
+            let Some(group) = self.shared.groups.get(member.group) else { continue };
+            let outputs = match self.settings.monitor_only {
+                true => &only_dynamic_data(&robot.outputs),
+                false => &robot.outputs,
+            };
+            group.write(main_device, member.index, &member.outputs, outputs);
+        }
+        let deadline = began + self.settings.reply_limit;
+        let (replies, outcome) = exchange_groups(
+            &mut self.driver,
+            main_device,
+            &self.shared.groups,
+            deadline,
+            &mut self.task,
+        );
+        self.count(began, &replies);
+        self.take_replies(&replies);
+        if let Some(outcome) = outcome {
+            self.take_outcome(outcome);
+        }
+        self.take_notice();
+        self.look_after();
+    }
+
+    fn count(&mut self, began: Instant, replies: &Replies) {
+        let groups = self.shared.groups.len();
+        let answered = replies.iter().take(groups).filter(|reply| reply.is_some()).count();
+        self.statistics.exchanges += 1;
+        if answered == groups {
+            let took = self.driver.now().saturating_duration_since(began);
+            self.statistics.record_exchange(took);
+        } else {
+            self.statistics.lost += 1;
+        }
+        let reading = replies.iter().flatten().find_map(|reply| reply.clock);
+        self.nudge_ns = match (&mut self.clock, reading) {
+            (Some(clock), Some(reading)) => clock.take(began, reading, &mut self.statistics.clock),
+            _ => 0,
+        };
+    }
+
+    fn take_replies(&mut self, replies: &Replies) {
+        let shared = Arc::clone(&self.shared);
+        for (number, (member, robot)) in shared.members.iter().zip(&mut self.robots).enumerate() {
+            let reply = replies.get(member.group).copied().flatten();
+            let group = shared.groups.get(member.group);
+            let (Some(reply), Some(group)) = (reply, group) else {
+                robot.unanswered = robot.unanswered.saturating_add(1);
+                robot.grow_stale();
+                continue;
+            };
+            // A task that changes the robot's state tells when it is done.
+            let is_changed = self.care.as_ref().is_some_and(|care| {
+                care.robot == number && matches!(care.kind, CareKind::Lift | CareKind::Restore)
+            });
+            match judge(&reply, member.index, group.len()) {
+                Verdict::Fresh if robot.condition == Condition::Blocked || is_changed => {
+                    robot.unanswered = 0;
+                }
+                Verdict::Fresh => {
+                    if !matches!(robot.condition, Condition::InOp | Condition::Starting) {
+                        self.events.push(number, EventKind::BackInOp);
+                    }
+                    robot.unanswered = 0;
+                    robot.condition = Condition::InOp;
+                    robot.quality = InputQuality::Fresh;
+                    group.read(
+                        &shared.main_device,
+                        member.index,
+                        &member.inputs,
+                        &mut robot.inputs,
+                    );
+                }
+                Verdict::Doubtful => {
+                    self.statistics.wrong_counter += 1;
+                    robot.grow_stale();
+                }
+                Verdict::NotInOp(_) => {
+                    robot.unanswered = 0;
+                    match robot.condition {
+                        Condition::InOp => {
+                            robot.condition = Condition::Away { seen: None, is_told: false };
+                        }
+                        // It was only out of sight: what it was told is still there.
+                        Condition::Gone { .. } if !is_changed => {
+                            self.events.push(number, EventKind::Returned);
+                            robot.condition = Condition::Away { seen: None, is_told: false };
+                        }
+                        _ => {}
+                    }
+                    robot.quality = InputQuality::Lost;
+                }
+                Verdict::Silent => {
+                    robot.unanswered = robot.unanswered.saturating_add(1);
+                    robot.quality = InputQuality::Lost;
+                }
+            }
+        }
+        for (number, robot) in self.robots.iter_mut().enumerate() {
+            let may_leave = matches!(robot.condition, Condition::InOp | Condition::Away { .. });
+            if robot.unanswered >= GONE_AFTER && may_leave {
+                robot.condition = Condition::Gone { answers: false };
+                robot.quality = InputQuality::Lost;
+                self.events.push(number, EventKind::Gone);
+            }
+        }
+    }
+
+    /// Hands on what a subdevice said in its mailbox.
+    fn take_notice(&mut self) {
+        let Some(notice) = self.driver.take_notice() else { return };
+        if let NoticeKind::Emergency { code, register } = notice.kind {
+            let station = |member: &super::group::Member| member.station == notice.station;
+            if let Some(robot) = self.shared.members.iter().position(station) {
+                self.events.push(robot, EventKind::Emergency { code, register });
+            }
+        }
+    }
+
+    /// What came of the task for a robot.
+    fn take_outcome(&mut self, outcome: CareOutcome) {
+        let Some(Care { robot: number, kind, .. }) = self.care.take() else { return };
+        let now = self.driver.now();
+        let Some(robot) = self.robots.get_mut(number) else { return };
+        let mut tell = |kind| self.events.push(number, kind);
+        match outcome {
+            CareOutcome::Seen { state, code } => {
+                if let Condition::Away { is_told, .. } = robot.condition {
+                    if !is_told {
+                        let state = state.unwrap_or(AlState::Init);
+                        tell(EventKind::Fell { state, code });
+                    }
+                    robot.condition = Condition::Away { seen: state, is_told: true };
+                }
+            }
+            CareOutcome::Answers => {
+                if let Condition::Gone { answers } = &mut robot.condition {
+                    tell(EventKind::Returned);
+                    *answers = true;
+                }
+            }
+            CareOutcome::Silent => {
+                robot.care_at = now + FIND_EVERY;
+                match (&mut robot.condition, kind) {
+                    (Condition::Gone { answers }, _) => *answers = false,
+                    (Condition::Away { seen, .. }, _) => *seen = None,
+                    _ => {}
+                }
+            }
+            CareOutcome::InOp => {
+                tell(EventKind::BackInOp);
+                robot.condition = Condition::InOp;
+                robot.unanswered = 0;
+                // The first inputs come with the next exchange.
+                robot.quality = InputQuality::Lost;
+            }
+            CareOutcome::Failed { state, code } => {
+                tell(EventKind::NotYetBack { state, code });
+                robot.condition = Condition::Away { seen: None, is_told: true };
+                robot.care_at = now + TRY_AGAIN_AFTER;
+            }
+            CareOutcome::LayoutChanged(mismatch) => {
+                tell(EventKind::LayoutChanged(mismatch));
+                robot.condition = Condition::Blocked;
+            }
+            CareOutcome::AnotherDevice => {
+                tell(EventKind::AnotherDevice);
+                robot.condition = Condition::Blocked;
+            }
+        }
+    }
+
+    /// Ends a task that does not advance, and gives the next robot that needs one a task.
+    fn look_after(&mut self) {
+        let now = self.driver.now();
+        if let Some(care) = &self.care {
+            if now < care.give_up_at {
+                return;
+            }
+            self.task = None;
+            self.driver.forget_task();
+            self.take_outcome(CareOutcome::Silent);
+        }
+        let count = self.robots.len();
+        let wanting = (0..count)
+            .map(|step| (self.next_care + step) % count)
+            .find_map(|number| Some((number, self.robots.get(number)?.needs(now)?)));
+        let Some((robot, kind)) = wanting else { return };
+        self.next_care = robot + 1;
+        let carer = Carer {
+            shared: Arc::clone(&self.shared),
+            time: self.driver.time(),
+            settings: Arc::clone(&self.settings),
+        };
+        self.task = Some(std::boxed::Box::pin(carer.run(kind, robot)));
+        self.care = Some(Care { kind, robot, give_up_at: now + limit_of(kind) });
+    }
+
+    /// What happened since, oldest first; 64 are kept.
+    pub fn poll_event(&mut self) -> Option<SegmentEvent> {
+        self.events.pop()
+    }
+
+    /// The robots that are driven, in their order.
+    #[must_use]
+    pub fn robots(&self) -> &[RobotFound] {
+        &self.found
+    }
+
+    /// Every subdevice of the segment, in the order of the segment.
+    #[must_use]
+    pub fn subdevices(&self) -> &[SubDeviceFound] {
+        &self.subdevices
+    }
+
+    /// What the exchanges were like since all robots were in OP.
+    #[must_use]
+    pub const fn statistics(&self) -> &SegmentStatistics {
+        &self.statistics
+    }
+
+    /// Frames sent and received, the start included.
+    #[must_use]
+    pub const fn frames(&self) -> FrameCounters {
+        self.driver.counters()
+    }
+
+    /// The wire.
+    #[must_use]
+    pub const fn wire(&self) -> &W {
+        self.driver.wire()
+    }
+
+    /// The wire, to be acted upon between exchanges.
+    pub const fn wire_mut(&mut self) -> &mut W {
+        self.driver.wire_mut()
+    }
+
+    /// Asks every robot for INIT and gives the wire back. A robot that does not answer is left to its
+    /// watchdog. Outputs of zero should have been exchanged before.
+    pub fn close(mut self) -> W {
+        let stations: Vec<u16> = self.shared.members.iter().map(|member| member.station).collect();
+        for station in stations {
+            let leave = super::start::request_init(&self.shared.main_device, station);
+            let _ = self.driver.block_on(Duration::from_millis(50), leave);
+        }
+        self.abandon()
+    }
+
+    /// Gives the wire back without a word to the robots, as if this process had died: their watchdogs
+    /// will notice.
+    pub fn abandon(self) -> W {
+        let Self { task, shared, driver, .. } = self;
+        // The pool wants its main device back unshared.
+        drop((task, shared));
+        driver.into_wire()
+    }
+
+    /// Whether `robot` is not driven any more: something else stands in its place.
+    #[must_use]
+    pub fn is_blocked(&self, robot: usize) -> bool {
+        self.robots.get(robot).is_some_and(|robot| robot.condition == Condition::Blocked)
+    }
+}
+
+impl Robot {
+    /// The task that this robot needs at `now`.
+    fn needs(&self, now: Instant) -> Option<CareKind> {
+        if now < self.care_at {
+            return None;
+        }
+        match self.condition {
+            Condition::Starting | Condition::InOp | Condition::Blocked => None,
+            Condition::Away { seen: None, .. } => Some(CareKind::Look),
+            Condition::Away { seen: Some(AlState::SafeOp | AlState::Op), .. } => {
+                Some(CareKind::Lift)
+            }
+            Condition::Away { .. } | Condition::Gone { answers: true } => Some(CareKind::Restore),
+            Condition::Gone { answers: false } => Some(CareKind::Find),
+        }
+    }
+}
+
+/// How long a task may take before it counts as stuck.
+fn limit_of(kind: CareKind) -> Duration {
+    match kind {
+        CareKind::Look | CareKind::Find => Duration::from_millis(300),
+        CareKind::Lift => Duration::from_secs(20),
+        CareKind::Restore => Duration::from_secs(60),
+    }
+}
+
+/// Losses and a watchdog that was not fed in time may go better the next time.
+fn is_worth_another_attempt(error: EthercatError) -> bool {
+    match error {
+        EthercatError::Refused { code, .. } => code == AlStatusCode::SYNC_MANAGER_WATCHDOG,
+        EthercatError::TimedOut { .. }
+        | EthercatError::Protocol { .. }
+        | EthercatError::Emergency { .. } => true,
+        _ => false,
+    }
+}
+
+/// A signed number of nanoseconds as what to add and what to take away.
+fn nudge(ns: i64) -> (Duration, Duration) {
+    let size = Duration::from_nanos(ns.unsigned_abs());
+    if ns >= 0 { (size, Duration::ZERO) } else { (Duration::ZERO, size) }
+}
+
+impl<W: Wire> CyclicSegment for EthercatSegment<W> {
+    type Error = EthercatError;
+
+    fn robot_count(&self) -> usize {
+        self.robots.len()
+    }
+
+    fn write_outputs(&mut self, robot: usize, outputs: &[u8]) {
+        if let (Some(robot), Ok(outputs)) = (self.robots.get_mut(robot), outputs.try_into()) {
+            robot.outputs = outputs;
+        }
+    }
+
+    /// One bus cycle. Never fails: what goes wrong shows in the qualities and the events.
+    fn exchange(&mut self, now: Instant) -> Result<(), EthercatError> {
+        let offset =
+            *self.offset.get_or_insert_with(|| self.driver.now().saturating_duration_since(now));
+        self.driver.wire_mut().advance_to(now + offset);
+        self.cycle();
+        Ok(())
+    }
+
+    fn read_inputs(&self, robot: usize, inputs: &mut [u8]) -> InputQuality {
+        match self.robots.get(robot) {
+            Some(robot) if inputs.len() == INPUT_LEN => {
+                inputs.copy_from_slice(&robot.inputs);
+                robot.quality
+            }
+            _ => InputQuality::Lost,
+        }
+    }
+
+    fn nudge_ns(&self) -> i64 {
+        self.nudge_ns
+    }
+}
