@@ -295,7 +295,7 @@ pub(super) fn run(args: &SimArgs) -> Result<Exit, Failure> {
             let is_transient = raw_socket::is_transient(&error);
             let message = format!("{interface}: {error}");
             if !is_transient {
-                return Err(Failure { exit: Exit::Link, message, is_located: false });
+                return Err(Failure::link(message));
             }
             teller.say(message);
         } else if is_dead && server.counts() != before {
@@ -326,8 +326,6 @@ fn refused(error: OpenError) -> Failure {
         OpenError::NoSuchInterface { .. } | OpenError::NotEthernet { .. } => {
             Failure::usage(message)
         }
-        OpenError::NotPermitted { .. } | OpenError::System { .. } => {
-            Failure { exit: Exit::Link, message, is_located: false }
-        }
+        OpenError::NotPermitted { .. } | OpenError::System { .. } => Failure::link(message),
     }
 }
