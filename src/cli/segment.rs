@@ -149,14 +149,14 @@ fn exchange<W: Wire>(
     segment: &mut EthercatSegment<W>,
     watcher: Option<&LinkWatcher>,
     now: Instant,
-) -> Result<(), LinkMessage> {
+) -> Result<(), EthercatError> {
     let exchanged = segment.exchange(now);
     while let Some(event) = segment.poll_event() {
         if let Some(watcher) = watcher {
             watcher.tell(event);
         }
     }
-    exchanged.map_err(|error: EthercatError| LinkMessage::of(&error))
+    exchanged
 }
 
 impl CyclicSegment for Segment {
@@ -186,9 +186,13 @@ impl CyclicSegment for Segment {
             Bus::Direct(segment) => {
                 segment.exchange(now).map_err(|error: Infallible| match error {})
             }
-            Bus::EthercatSim(segment) => exchange(segment, watcher, now),
+            Bus::EthercatSim(segment) => {
+                exchange(segment, watcher, now).map_err(|e| LinkMessage::of(&e))
+            }
             #[cfg(target_os = "linux")]
-            Bus::Ethercat(segment) => exchange(segment, watcher, now),
+            Bus::Ethercat(segment) => {
+                exchange(segment, watcher, now).map_err(|e| LinkMessage::of(&e))
+            }
         }
     }
 
