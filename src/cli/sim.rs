@@ -287,14 +287,20 @@ pub(super) fn run(args: &SimArgs) -> Result<Exit, Failure> {
     if is_down {
         teller.say(format_args!("{interface} is down; ip link set {interface} up"));
     }
+    let mut is_dead = is_down;
     while !interrupted.load(Ordering::Relaxed) {
+        let before = server.counts();
         if let Err(error) = server.step() {
+            is_dead = true;
             let is_transient = raw_socket::is_transient(&error);
             let message = format!("{interface}: {error}");
             if !is_transient {
-                return Err(Failure { exit: Exit::Link, message, is_located: false });
+                return Err(Failure::link(message));
             }
             teller.say(message);
+        } else if is_dead && server.counts() != before {
+            is_dead = false;
+            teller.say(format_args!("{interface} carries frames again"));
         }
         while let Some(change) = server.next_change() {
             teller.tell(change);
@@ -320,8 +326,6 @@ pub(super) fn refused(error: OpenError) -> Failure {
         OpenError::NoSuchInterface { .. } | OpenError::NotEthernet { .. } => {
             Failure::usage(message)
         }
-        OpenError::NotPermitted { .. } | OpenError::System { .. } => {
-            Failure { exit: Exit::Link, message, is_located: false }
-        }
+        OpenError::NotPermitted { .. } | OpenError::System { .. } => Failure::link(message),
     }
 }

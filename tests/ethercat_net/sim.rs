@@ -78,6 +78,7 @@ fn a_link_that_was_down_is_told_and_served_again() {
     serving.wait_for("Network is down", LONG);
     cable.set_up(End::Robots, true);
     assert!(await_robots(&mut socket, Some(1)));
+    serving.wait_for("ecat0 carries frames again", LONG);
     end(serving);
 }
 

@@ -26,7 +26,9 @@ use super::start::{read_status, set_watchdog};
 use crate::time::Duration;
 use crate::wire::ethercat::al::{AlState, AlStatusCode};
 
-/// How long a robot may take to change state. Source: its ESI's limits are 2 s and 9 s.
+/// How long a robot may take to change state: the longer of the limits that main devices grant it.
+///
+/// Source: capture.
 const TRANSITION_LIMIT: Duration = Duration::from_secs(9);
 /// Time between two looks at the state of a robot that is asked to change it.
 const LOOK_AGAIN: Duration = Duration::from_millis(2);

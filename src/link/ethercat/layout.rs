@@ -6,7 +6,7 @@
 //! the first difference spelled out.
 //!
 //! Invariants: a field is copied from where the robot says it is, or not at all; what must be there
-//! (see [`ESSENTIAL`]) is there. Fields that the robot does not map read as zero.
+//! (`ESSENTIAL` below) is there. Fields that the robot does not map read as zero.
 
 use core::cmp::Reverse;
 use std::vec::Vec;
@@ -412,7 +412,7 @@ impl Layout {
 
 /// Copies bits; bit 0 is the least significant bit of the first byte. What does not fit is left.
 fn copy_bits(from: &[u8], from_bit: usize, to: &mut [u8], to_bit: usize, bits: usize) {
-    if (from_bit | to_bit | bits) % 8 == 0 {
+    if (from_bit | to_bit | bits).is_multiple_of(8) {
         let source = from.get(from_bit / 8..(from_bit + bits) / 8);
         let target = to.get_mut(to_bit / 8..(to_bit + bits) / 8);
         if let (Some(source), Some(target)) = (source, target) {

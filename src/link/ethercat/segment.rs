@@ -223,7 +223,7 @@ impl<W: Wire> EthercatSegment<W> {
                 return Err(EthercatError::TimedOut { step: Step::Op, sent, received });
             }
             cycles += 1;
-            if cycles % LOOK_EVERY == 0 {
+            if cycles.is_multiple_of(LOOK_EVERY) {
                 let settings = Arc::clone(&self.settings);
                 let mut starter =
                     Starter { driver: &mut self.driver, settings: &settings, deadline };

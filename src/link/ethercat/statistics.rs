@@ -82,7 +82,7 @@ pub(super) struct ClockTrack {
 }
 
 /// A phase within this share of a cycle counts as met.
-const SETTLED_SHARE: i64 = 20;
+const SETTLED_SHARE: i64 = 200;
 /// How much of a phase error one cycle takes back.
 const PULL_SHARE: i64 = 8;
 /// Most that a cycle is moved, as a share of it.
