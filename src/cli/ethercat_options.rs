@@ -72,4 +72,4 @@ impl EthercatOptions {
 }
 
 /// Shortest SYNC0 cycle of a Meca500, in us. Source: capture.
-const SHORTEST_SYNC0_US: u64 = 1_000;
+pub(super) const SHORTEST_SYNC0_US: u64 = 1_000;

@@ -14,6 +14,7 @@ use std::sync::atomic::AtomicBool;
 
 use clap::Args;
 
+use super::ethercat_options::SHORTEST_SYNC0_US;
 use super::exit::{Exit, Failure};
 use super::grid::{pretty, print};
 use super::link_choice::LinkChoice;
@@ -61,7 +62,7 @@ pub(super) struct ProbeArgs {
     /// Exchanges to make: 100 to 1000000.
     #[arg(long, default_value_t = 2_000, value_parser = clap::value_parser!(u32).range(100..=1_000_000))]
     cycles: u32,
-    /// Use distributed clocks, and show their drift and phase.
+    /// Use distributed clocks, and show their drift and phase. Cycles of 1000 us and more.
     #[arg(long)]
     clocks: bool,
     /// Write the PDO assignment (1C12h, 1C13h) before reading the layout, as `fieldarm run` does.
@@ -90,6 +91,13 @@ pub(super) fn run(args: &ProbeArgs) -> Result<Exit, Failure> {
         }
         LinkChoice::EthercatSim | LinkChoice::Ethercat { .. } => RobotChoice::All,
     };
+    if args.clocks && args.cycle_us < SHORTEST_SYNC0_US {
+        return Err(Failure::usage(format!(
+            "--clocks: a robot takes SYNC0 every {SHORTEST_SYNC0_US} us or less often, the cycle is {} us \
+             (--cycle-us)",
+            args.cycle_us
+        )));
+    }
     let plan = Plan {
         robots,
         assignment: if args.write_assignment { Assignment::Write } else { Assignment::Keep },
@@ -116,7 +124,7 @@ pub(super) fn run(args: &ProbeArgs) -> Result<Exit, Failure> {
 fn look<W: Wire>(args: &ProbeArgs, plan: &Plan, wire: W) -> Result<Exit, Failure> {
     let interrupted = catch_interrupts()?;
     let flag: &AtomicBool = &interrupted;
-    let seen = observe(wire, plan, flag).map_err(|error| unseen(args, error))?;
+    let (seen, _) = observe(wire, plan, flag).map_err(|error| unseen(args, error))?;
     let (report, exit) = report(args.link.to_string(), &seen, args.write_assignment);
     if args.json {
         let value = serde_json::to_value(&report);

@@ -90,12 +90,12 @@ pub(super) struct Exchanged {
     pub(super) stray: u64,
 }
 
-/// Looks at what is behind `wire`, until done or `interrupted`.
+/// Looks at what is behind `wire`, until done or `interrupted`. Gives the wire back.
 pub(super) fn observe<W: Wire>(
     wire: W,
     plan: &Plan,
     interrupted: &AtomicBool,
-) -> Result<Observation, EthercatError> {
+) -> Result<(Observation, W), EthercatError> {
     let mut settings = SegmentSettings {
         robots: plan.robots.clone(),
         assignment: plan.assignment,
@@ -121,8 +121,8 @@ pub(super) fn observe<W: Wire>(
         let without = robots.filter(|found| !found.has_clock).map(|found| found.position);
         seen.without_clock = without.collect();
         if seen.without_clock.is_empty() {
-            // Half a cycle from the frame to SYNC0 leaves both sides the most room.
-            settings.clocks = Clocks::Sync0 { shift: plan.cycle / 2 };
+            // As a run does it.
+            settings.clocks = Clocks::Sync0 { shift: plan.cycle / 3 };
         }
     }
     loop {
@@ -144,8 +144,7 @@ pub(super) fn observe<W: Wire>(
             }
         }
     }
-    release(wire);
-    Ok(seen)
+    Ok((seen, release(wire)))
 }
 
 /// Notes why the robot that `error` is about cannot be cycled, or all when it is about none of them.
@@ -287,4 +286,220 @@ pub(super) fn read(inputs: &[u8], order: ByteOrder) -> Option<InputValues> {
         }
     };
     Some(values)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::{Arc, Mutex};
+
+    use super::*;
+    use crate::bus::ethercat::meca500::{Meca500Application, Meca500Settings};
+    use crate::bus::ethercat::{Settings, SubDevice};
+    use crate::cli::exit::Exit;
+    use crate::cli::probe::report::report;
+    use crate::cycle::CyclicDevice;
+    use crate::link::ethercat::memory::MemoryWire;
+    use crate::sim::meca500::{CyclicBus, RobotSettings, VirtualRobot};
+    use crate::time::Instant;
+    use crate::wire::ethercat::al::AlState;
+    use crate::wire::ethercat::sii::SiiImage;
+    use crate::wire::meca500::subdevice::DESCRIPTION;
+
+    /// What a robot was told, and what it was like meanwhile.
+    #[derive(Default)]
+    struct Log {
+        cycles: u32,
+        /// Different outputs in the order they came; `None` while there were none.
+        told: Vec<Option<[u8; OUTPUT_LEN]>>,
+        /// All bits of RobotStatus that were ever set.
+        status_bits: u16,
+        greatest_move_id: u16,
+    }
+
+    /// A robot that keeps a log; a blank one sends zeros whatever it is.
+    struct Witness {
+        robot: VirtualRobot,
+        is_blank: bool,
+        log: Arc<Mutex<Log>>,
+    }
+
+    impl CyclicDevice for Witness {
+        const OUTPUT_LEN: usize = VirtualRobot::OUTPUT_LEN;
+        const INPUT_LEN: usize = VirtualRobot::INPUT_LEN;
+
+        fn cycle(&mut self, now: Instant, outputs: Option<&[u8]>, inputs: &mut [u8]) {
+            self.robot.cycle(now, outputs, inputs);
+            let mut log = self.log.lock().unwrap();
+            let told = outputs.map(|outputs| outputs.try_into().unwrap());
+            if log.told.last() != Some(&told) {
+                log.told.push(told);
+            }
+            log.cycles += 1;
+            log.status_bits |= u16::from_le_bytes([inputs[0], inputs[1]]);
+            let image = InputImage::<Little>::from_bytes(inputs).unwrap();
+            log.greatest_move_id = log.greatest_move_id.max(image.motion_status.move_id.get());
+            if self.is_blank {
+                inputs.fill(0);
+            }
+        }
+
+        fn is_on_bus(&self) -> bool {
+            self.robot.is_on_bus()
+        }
+    }
+
+    fn plan() -> Plan {
+        Plan {
+            robots: RobotChoice::All,
+            assignment: Assignment::Keep,
+            clocks: false,
+            take_over: false,
+            cycle: Duration::from_millis(1),
+            cycles: 400,
+        }
+    }
+
+    fn robot(byte_order: ByteOrder) -> VirtualRobot {
+        VirtualRobot::new(RobotSettings {
+            byte_order,
+            bus: CyclicBus::EtherCat,
+            ..RobotSettings::default()
+        })
+    }
+
+    fn wire<D: CyclicDevice>(devices: Vec<D>) -> MemoryWire<Meca500Application<D>> {
+        let subdevice = |device| {
+            let application = Meca500Application::new(device, Meca500Settings::default());
+            let sii = SiiImage::new(&DESCRIPTION).unwrap();
+            SubDevice::new(application, &DESCRIPTION, sii, Settings::default())
+        };
+        MemoryWire::new(devices.into_iter().map(subdevice).collect())
+    }
+
+    fn seen<D: CyclicDevice>(devices: Vec<D>) -> Observation {
+        observed(wire(devices), &plan(), false)
+    }
+
+    /// What is seen; every subdevice is left in INIT.
+    fn observed<D: CyclicDevice>(
+        wire: MemoryWire<Meca500Application<D>>,
+        plan: &Plan,
+        interrupted: bool,
+    ) -> Observation {
+        let (seen, mut wire) = observe(wire, plan, &AtomicBool::new(interrupted)).unwrap();
+        assert!(wire.line().iter().all(|subdevice| subdevice.state() == AlState::Init));
+        let later = wire.now() + Duration::from_millis(10);
+        wire.pause_until(later);
+        seen
+    }
+
+    fn witnessed(byte_order: ByteOrder, is_blank: bool) -> (Observation, Log) {
+        let log = Arc::new(Mutex::new(Log::default()));
+        let witness = Witness { robot: robot(byte_order), is_blank, log: Arc::clone(&log) };
+        let seen = seen(vec![witness]);
+        let log = Arc::into_inner(log).unwrap().into_inner().unwrap();
+        (seen, log)
+    }
+
+    /// Nothing in outputs but the choice of dynamic data.
+    fn assert_harmless(log: &Log) {
+        for told in log.told.iter().flatten() {
+            assert_eq!(told[..44], [0; 44], "{told:02X?}");
+        }
+        assert_eq!(log.greatest_move_id, 0, "it has received no command");
+        let moved = 0b1111;
+        assert_eq!(log.status_bits & moved, 0, "busy, activated, homed or simulating");
+        assert!(log.cycles > 400);
+        assert_eq!(log.told.last(), Some(&None), "the robot was left in INIT, without outputs");
+        let farewell = log.told.iter().rev().flatten().next();
+        assert_eq!(farewell, Some(&[0; OUTPUT_LEN]), "the choices went back to 0");
+    }
+
+    #[test]
+    fn a_robot_is_asked_who_it_is_and_nothing_else() {
+        for byte_order in ByteOrder::ALL {
+            let (seen, log) = witnessed(byte_order, false);
+            assert_harmless(&log);
+            let mut question = [0; OUTPUT_LEN];
+            for (slot, ty) in question[44..].chunks_exact_mut(4).zip(ASKED) {
+                slot.copy_from_slice(&match byte_order.integers {
+                    Endian::BigEndian => ty.0.to_be_bytes(),
+                    Endian::LittleEndian => ty.0.to_le_bytes(),
+                });
+            }
+            let mut told: Vec<_> = log.told.iter().flatten().collect();
+            told.dedup();
+            assert_eq!(told, [&[0; OUTPUT_LEN], &question, &[0; OUTPUT_LEN]]);
+            let sent = &seen.robots[0].sent;
+            assert_eq!(sent.evidence.unwrap().verdict(), Some(byte_order));
+            assert!(sent.evidence.unwrap().echo.unwrap().answered);
+            assert!(sent.dynamic.iter().all(Option::is_some), "{:?}", sent.dynamic);
+        }
+    }
+
+    #[test]
+    fn a_robot_that_tells_no_order_is_asked_in_both_and_not_called_usable() {
+        let (seen, log) = witnessed(ByteOrder::LITTLE, true);
+        assert_harmless(&log);
+        let asked: Vec<[u8; 4]> = log
+            .told
+            .iter()
+            .flatten()
+            .map(|told| [told[44], told[45], told[46], told[47]])
+            .filter(|first| *first != [0; 4])
+            .collect();
+        assert_eq!(asked, [[0, 0, 0, 1], [1, 0, 0, 0]]);
+        let evidence = seen.robots[0].sent.evidence.unwrap();
+        assert_eq!((evidence.integers, evidence.reals), (None, None));
+        assert!(!evidence.echo.unwrap().answered);
+        let (report, exit) = report("test".into(), &seen, false);
+        assert_eq!(exit, Exit::Link);
+        let trouble = report.robots[0].trouble.as_ref().unwrap();
+        assert!(trouble.contains("byte order cannot be decided"), "{trouble}");
+        assert!(report.robots[0].state.is_none());
+    }
+
+    #[test]
+    fn a_robot_that_is_stopped_can_be_driven_but_says_so() {
+        let mut stopped = robot(ByteOrder::LITTLE);
+        stopped.panel().press_e_stop();
+        let (report, exit) =
+            report("test".into(), &seen(vec![robot(ByteOrder::BIG), stopped]), false);
+        assert_eq!(exit, Exit::Robot);
+        assert!(report.robots.iter().all(|robot| robot.usable));
+        let [free, stopped] = [0, 1].map(|robot| report.robots[robot].state.clone().unwrap());
+        assert!(free.safety_signals.is_empty());
+        assert!(stopped.safety_signals.contains(&"EStop"), "{:?}", stopped.safety_signals);
+        assert_eq!((free.motors_powered, stopped.motors_powered), (true, false));
+    }
+
+    #[test]
+    fn what_another_main_device_drives_is_left_alone() {
+        let driven = || {
+            let settings = SegmentSettings {
+                watchdog: Some(Duration::from_secs(6)),
+                ..SegmentSettings::default()
+            };
+            let segment = EthercatSegment::start(wire(vec![robot(ByteOrder::BIG)]), settings);
+            segment.ok().unwrap().abandon()
+        };
+        let refused = observe(driven(), &plan(), &AtomicBool::new(false)).err();
+        assert_eq!(refused, Some(EthercatError::Driven { position: 0 }));
+        let seen = observed(driven(), &Plan { take_over: true, ..plan() }, false);
+        assert_eq!(seen.subdevices[0].state_before, Some(AlState::Op));
+        assert_eq!(report("test".into(), &seen, false).1, Exit::Done);
+    }
+
+    #[test]
+    fn an_interrupt_ends_it_early_with_choices_of_zero() {
+        let log = Arc::new(Mutex::new(Log::default()));
+        let robot = robot(ByteOrder::LITTLE);
+        let witness = Witness { robot, is_blank: false, log: Arc::clone(&log) };
+        let seen = observed(wire(vec![witness]), &plan(), true);
+        assert!(seen.interrupted);
+        assert!(seen.robots[0].sent.fresh <= FAREWELL);
+        let log = log.lock().unwrap();
+        assert!(log.told.iter().flatten().all(|told| *told == [0; OUTPUT_LEN]));
+        assert_eq!(report("test".into(), &seen, false).1, Exit::Interrupted);
+    }
 }
