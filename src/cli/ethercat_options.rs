@@ -84,4 +84,4 @@ impl EthercatOptions {
 const PATIENCE: Duration = Duration::from_millis(5);
 
 /// Shortest SYNC0 cycle of a Meca500, in us. Source: capture.
-const SHORTEST_SYNC0_US: u64 = 1_000;
+pub(super) const SHORTEST_SYNC0_US: u64 = 1_000;

@@ -135,7 +135,7 @@ fn parse_fault(text: &str) -> Result<FaultArg, String> {
     Ok(FaultArg { faults, per_mille, seed: seed.transpose()? })
 }
 
-fn parse_pdo(text: &str) -> Result<u16, String> {
+pub(super) fn parse_pdo(text: &str) -> Result<u16, String> {
     let digits = text.trim_start_matches("0x").trim_end_matches(['h', 'H']);
     u16::from_str_radix(digits, 16)
         .map_err(|_| format!("a PDO is a hexadecimal number as 1A08, given `{text}`"))
@@ -320,7 +320,7 @@ pub(super) fn run(args: &SimArgs) -> Result<Exit, Failure> {
 }
 
 /// An interface that does not exist is a mistake of the command line, the rest is the link's.
-fn refused(error: OpenError) -> Failure {
+pub(super) fn refused(error: OpenError) -> Failure {
     let message = error.to_string();
     match error {
         OpenError::NoSuchInterface { .. } | OpenError::NotEthernet { .. } => {

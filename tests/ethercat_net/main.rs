@@ -7,6 +7,7 @@
 mod namespaces;
 
 mod capture;
+mod probe;
 mod pysoem;
 mod served;
 mod sim;

@@ -17,12 +17,23 @@ pub struct SegmentStatistics {
     pub lost: u64,
     /// Robots and exchanges in which the working counter did not add up.
     pub wrong_counter: u64,
+    /// Working counter of the last exchange whose frames all came back.
+    pub working_counter: Option<WorkingCounter>,
     /// Exchanges that were called for more than half a cycle late.
     pub late: u64,
     /// Time from sending the first frame to having all answers, in ns; lost ones are not in it.
     pub exchange_ns: Histogram<u64>,
     /// The distributed clock against ours; `None` without one.
     pub clock: Option<ClockFigures>,
+}
+
+/// How many read and write accesses the robots took part in, over all frames of an exchange.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct WorkingCounter {
+    /// 3 for each robot.
+    pub expected: u16,
+    /// What came back.
+    pub found: u16,
 }
 
 /// The distributed clock of a segment against the clock that paces the exchanges.
@@ -42,7 +53,15 @@ impl SegmentStatistics {
         let exchange_ns = Histogram::new_with_bounds(1, LONGEST_NS, 3)
             .or_else(|_| Histogram::new(3))
             .unwrap_or_else(|_| unreachable!("three digits are in range"));
-        Self { exchanges: 0, lost: 0, wrong_counter: 0, late: 0, exchange_ns, clock: None }
+        Self {
+            exchanges: 0,
+            lost: 0,
+            wrong_counter: 0,
+            working_counter: None,
+            late: 0,
+            exchange_ns,
+            clock: None,
+        }
     }
 
     pub(super) fn record_exchange(&mut self, took: Duration) {
