@@ -9,6 +9,7 @@ mod namespaces;
 mod capture;
 mod probe;
 mod pysoem;
+mod run;
 mod served;
 mod sim;
 mod socket;

@@ -25,7 +25,7 @@ impl Robots {
 }
 
 /// Whether processes may be given priority here.
-fn can_go_first() -> bool {
+pub(crate) fn can_go_first() -> bool {
     let tried = Command::new("chrt").args(["--fifo", "1", "true"]).output();
     tried.is_ok_and(|tried| tried.status.success())
 }
