@@ -7,6 +7,8 @@ use super::emulated_robot::{Presentation, emulated};
 use super::ethercat_options::EthercatOptions;
 use super::exit::Failure;
 use super::link_choice::LinkChoice;
+#[cfg(target_os = "linux")]
+use super::sim::refused;
 use super::virtual_robot::{self, SimArgs};
 use super::watch::LinkWatcher;
 use crate::bus::ethercat::meca500::{Meca500Application, Meca500Settings};
@@ -77,8 +79,7 @@ pub(super) fn open_segment(opening: Opening<'_>) -> Result<Segment, Failure> {
         }
         #[cfg(target_os = "linux")]
         LinkChoice::Ethercat { interface, position } => {
-            let socket = RawSocket::open(interface)
-                .map_err(|error| Failure::link(format!("--link {link}: {error}")))?;
+            let socket = RawSocket::open(interface).map_err(refused)?;
             let choice = match position {
                 Some(position) => RobotChoice::These(vec![RobotAddress::Position(*position)]),
                 None => RobotChoice::First(robots),

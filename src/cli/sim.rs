@@ -215,17 +215,17 @@ impl Teller {
         let Change { device, before, after } = change;
         if before.is_on_bus != after.is_on_bus {
             let place = if after.is_on_bus { "is back on the bus" } else { "has left the bus" };
-            self.say(format_args!("robot {device} {place}"));
+            self.say(format_args!("position {device}: {place}"));
         }
         let shown = |standing: Standing| (standing.state, standing.error);
         if shown(before) != shown(after) {
             let (from, to) = (before.state, after.state);
             match after.error {
-                Some(error) => self.say(format_args!("robot {device}: {from} -> {to}, {error}")),
+                Some(error) => self.say(format_args!("position {device}: {from} -> {to}, {error}")),
                 None if from == to => {
-                    self.say(format_args!("robot {device}: {to}, error acknowledged"));
+                    self.say(format_args!("position {device}: {to}, error acknowledged"));
                 }
-                None => self.say(format_args!("robot {device}: {from} -> {to}")),
+                None => self.say(format_args!("position {device}: {from} -> {to}")),
             }
         }
     }

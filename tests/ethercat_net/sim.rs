@@ -101,9 +101,12 @@ fn a_power_cut_takes_the_robots_off_the_bus_until_they_have_booted() {
     assert!(await_robots(&mut socket, None), "no power, no answer");
     assert!(await_robots(&mut socket, Some(2)), "they boot in five seconds");
     let said = end(serving);
-    for line in
-        ["power cut", "robot 1 has left the bus", "power back", "robot 1 is back on the bus"]
-    {
+    for line in [
+        "power cut",
+        "position 1: has left the bus",
+        "power back",
+        "position 1: is back on the bus",
+    ] {
         assert!(said.contains(line), "{line}: {said}");
     }
 }

@@ -279,7 +279,7 @@ fn bring_to_op<const FRAME: usize>(robots: Robots, counter: u16) {
     let served = end(serving);
     println!("ethercrab passed: {figures}");
     for robot in 0..robots.count {
-        assert!(served.contains(&format!("robot {robot}: SAFE-OP -> OP")), "{served}");
+        assert!(served.contains(&format!("position {robot}: SAFE-OP -> OP")), "{served}");
     }
     if let Some(capture) = capture {
         capture.check(2_000);

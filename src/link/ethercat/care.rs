@@ -70,7 +70,9 @@ pub(super) enum CareOutcome {
     Failed { state: AlState, code: AlStatusCode },
     /// Its image is another one now.
     LayoutChanged(LayoutMismatch),
-    /// It has another identity, or its image fits but is not the one before.
+    /// Its image is another one now, though one that could be used.
+    ImageChanged,
+    /// It has another identity.
     AnotherDevice,
 }
 
@@ -183,7 +185,7 @@ impl Carer {
         for layout in [&member.outputs, &member.inputs] {
             match self.layout_of(member, layout.direction()).await? {
                 Ok(now) if now == *layout => {}
-                Ok(_) => return Ok(CareOutcome::AnotherDevice),
+                Ok(_) => return Ok(CareOutcome::ImageChanged),
                 Err(mismatch) => return Ok(CareOutcome::LayoutChanged(mismatch)),
             }
         }

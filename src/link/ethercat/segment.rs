@@ -418,6 +418,10 @@ impl<W: Wire> EthercatSegment<W> {
                 tell(EventKind::LayoutChanged(mismatch));
                 robot.condition = Condition::Blocked;
             }
+            CareOutcome::ImageChanged => {
+                tell(EventKind::ImageChanged);
+                robot.condition = Condition::Blocked;
+            }
             CareOutcome::AnotherDevice => {
                 tell(EventKind::AnotherDevice);
                 robot.condition = Condition::Blocked;

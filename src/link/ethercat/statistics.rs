@@ -81,6 +81,10 @@ pub(super) struct ClockTrack {
     is_settled: bool,
 }
 
+/// More than this is no drift of a quartz, as a share of the time.
+const LARGEST_DRIFT: f64 = 0.01;
+/// What readings may differ by besides, in ns.
+const JUMP_NS: f64 = 5e6;
 /// A phase within this share of a cycle counts as met.
 const SETTLED_SHARE: i64 = 200;
 /// How much of a phase error one cycle takes back.
@@ -105,9 +109,18 @@ impl ClockTrack {
         reading: ClockReading,
         figures: &mut Option<ClockFigures>,
     ) -> i64 {
+        // A reference that does not answer leaves the zero that was sent.
+        if reading.system_time_ns == 0 {
+            return 0;
+        }
         let (began, began_ns) = *self.first.get_or_insert((now, reading.system_time_ns));
         let ours = now.saturating_duration_since(began).as_nanos() as f64;
         let theirs = reading.system_time_ns.wrapping_sub(began_ns) as f64;
+        if (theirs - ours).abs() > LARGEST_DRIFT * ours + JUMP_NS {
+            // The reference restarted, or another one took its place.
+            self.first = None;
+            return 0;
+        }
         let drift_ppb = if ours > 0.0 { (theirs - ours) / ours * 1e9 } else { 0.0 };
         let phase = i64::try_from(reading.since_sync0.as_nanos()).unwrap_or(0);
         let half = self.cycle_ns / 2;
@@ -127,6 +140,24 @@ impl ClockTrack {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_reference_that_is_gone_or_restarted_does_not_pull() {
+        let mut track = ClockTrack::new(Duration::from_millis(1), Duration::ZERO);
+        let mut figures = None;
+        let mut take = |now_ms: u64, system_time_ns: u64| {
+            let since_sync0 = Duration::from_nanos(system_time_ns % 1_000_000);
+            let reading = ClockReading { system_time_ns, since_sync0 };
+            track.take(Instant::from_millis(now_ms), reading, &mut figures)
+        };
+        assert!(take(1, 500_400_000) != 0);
+        assert_eq!(take(2, 0), 0, "no answer");
+        assert!(take(3, 502_400_000) != 0);
+        assert_eq!(take(4, 400_000), 0, "it began anew");
+        assert!(take(5, 1_400_000) != 0);
+        let drift = figures.unwrap().drift_ppb;
+        assert!(drift.abs() < 1.0, "{drift}");
+    }
 
     #[test]
     fn cycles_are_drawn_to_the_phase_of_a_clock_that_drifts() {
