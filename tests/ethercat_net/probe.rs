@@ -48,8 +48,8 @@ fn robots_are_seen_and_left_in_init() {
     assert!(said.contains("note: not looked at: the Meca500 at position 0, 1, 3"), "{said}");
     assert_eq!(said.matches("  INIT  ").count(), 4, "{said}");
     let said = end(serving);
-    for robot in 1..=4 {
-        let last = said.lines().rfind(|line| line.starts_with(&format!("robot {robot}: ")));
+    for position in 0..4 {
+        let last = said.lines().rfind(|line| line.starts_with(&format!("position {position}: ")));
         assert!(last.is_some_and(|line| line.ends_with("-> INIT")), "{said}");
     }
 }

@@ -302,7 +302,7 @@ mod tests {
     use crate::sim::meca500::{CyclicBus, RobotSettings, VirtualRobot};
     use crate::time::Instant;
     use crate::wire::ethercat::al::AlState;
-    use crate::wire::ethercat::sii::SiiImage;
+    use crate::wire::ethercat::sii::{Description, SiiImage};
     use crate::wire::meca500::subdevice::DESCRIPTION;
 
     /// What a robot was told, and what it was like meanwhile.
@@ -367,13 +367,18 @@ mod tests {
         })
     }
 
+    fn subdevice<D: CyclicDevice>(
+        device: D,
+        description: &Description,
+    ) -> SubDevice<Meca500Application<D>> {
+        let application = Meca500Application::new(device, Meca500Settings::default());
+        let sii = SiiImage::new(description).unwrap();
+        SubDevice::new(application, description, sii, Settings::default())
+    }
+
     fn wire<D: CyclicDevice>(devices: Vec<D>) -> MemoryWire<Meca500Application<D>> {
-        let subdevice = |device| {
-            let application = Meca500Application::new(device, Meca500Settings::default());
-            let sii = SiiImage::new(&DESCRIPTION).unwrap();
-            SubDevice::new(application, &DESCRIPTION, sii, Settings::default())
-        };
-        MemoryWire::new(devices.into_iter().map(subdevice).collect())
+        let line = devices.into_iter().map(|device| subdevice(device, &DESCRIPTION));
+        MemoryWire::new(line.collect())
     }
 
     fn seen<D: CyclicDevice>(devices: Vec<D>) -> Observation {
@@ -471,6 +476,29 @@ mod tests {
         assert!(free.safety_signals.is_empty());
         assert!(stopped.safety_signals.contains(&"EStop"), "{:?}", stopped.safety_signals);
         assert_eq!((free.motors_powered, stopped.motors_powered), (true, false));
+    }
+
+    #[test]
+    fn other_devices_are_told_and_left_alone() {
+        let other = || {
+            let mut description = DESCRIPTION;
+            (description.vendor, description.product) = (2, 0x044C_2C52);
+            subdevice(robot(ByteOrder::BIG), &description)
+        };
+        let seen = observed(MemoryWire::new(vec![other()]), &plan(), false);
+        let (told, exit) = report("test".into(), &seen, false);
+        assert_eq!(exit, Exit::Link);
+        assert_eq!((told.subdevices.len(), told.robots.len()), (1, 0));
+        assert_eq!(told.notes, ["none of the subdevices is a Meca500"]);
+        let text = crate::cli::probe::text::text(&told);
+        assert!(text.contains("00000002h  044C2C52h"), "{text}");
+        assert!(text.contains("left alone"), "{text}");
+
+        let meca500 = subdevice(robot(ByteOrder::BIG), &DESCRIPTION);
+        let seen = observed(MemoryWire::new(vec![other(), meca500]), &plan(), false);
+        let (told, exit) = report("test".into(), &seen, false);
+        assert_eq!((exit, told.robots[0].position), (Exit::Done, 1));
+        assert_eq!(told.subdevices.iter().map(|s| s.robot).collect::<Vec<_>>(), [None, Some(1)]);
     }
 
     #[test]

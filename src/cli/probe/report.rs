@@ -11,7 +11,7 @@ use serde::Serialize;
 use super::evidence::{ReportedOrder, order};
 use super::observe::{Exchanged, Observation, RobotObserved, read};
 use crate::cli::exit::Exit;
-use crate::link::ethercat::layout::{Direction, Layout};
+use crate::link::ethercat::layout::{Direction, Layout, MappingEntry};
 use crate::link::ethercat::{EthercatError, MappingFound, SubDeviceFound};
 use crate::wire::ethercat::al::AlStatusCode;
 use crate::wire::meca500::code::Code;
@@ -342,7 +342,7 @@ fn missing(layout: &Layout) -> Vec<String> {
 }
 
 fn foreign(layout: &Layout) -> Vec<String> {
-    let entry = |entry: &crate::link::ethercat::layout::MappingEntry| {
+    let entry = |entry: &MappingEntry| {
         let unit = if entry.bits == 1 { "bit" } else { "bits" };
         format!(
             "{:04X}h:{:02X} in PDO {:04X}h, {} {unit}",
@@ -458,5 +458,41 @@ fn exchange(exchanged: &Exchanged) -> ReportedExchange {
             phase_error_ns: clock.phase_error_ns,
             worst_phase_error_ns: clock.worst_phase_error_ns,
         }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::wire::meca500::image::pdo::{PdoLayout, input_pdos};
+
+    #[test]
+    fn what_is_missing_and_what_is_foreign_is_named() {
+        let mut entries: Vec<MappingEntry> = input_pdos(PdoLayout::V11_3)
+            .flat_map(|pdo| {
+                pdo.entries().map(move |entry| MappingEntry::from_wire(pdo.index, entry.mapping()))
+            })
+            .filter(|entry| entry.pdo != 0x1A0A)
+            .collect();
+        entries.push(MappingEntry { pdo: 0x1AFF, object: 0x6FFF, sub_index: 2, bits: 32 });
+        entries.push(MappingEntry { pdo: 0x1AFF, object: 0x6FFF, sub_index: 3, bits: 1 });
+        let layout = Layout::compare(Direction::Inputs, &entries)
+            .map_err(|mismatch| EthercatError::Layout { position: 0, mismatch });
+        let reported = super::layout(Direction::Inputs, &Ok(MappingFound { bytes: 233, layout }));
+        assert_eq!(reported.verdict, "by name");
+        assert_eq!(reported.missing, ["6051h TargetTrf"]);
+        assert_eq!(
+            reported.foreign,
+            ["6FFFh:02 in PDO 1AFFh, 32 bits", "6FFFh:03 in PDO 1AFFh, 1 bit"]
+        );
+    }
+
+    #[test]
+    fn a_robot_that_does_not_tell_its_layout_is_unread() {
+        let error =
+            EthercatError::Aborted { position: 2, index: 0x1C13, sub_index: 0, code: 0x0602_0000 };
+        let reported = super::layout(Direction::Inputs, &Err(error));
+        assert_eq!((reported.verdict, reported.bytes), ("unread", None));
+        assert!(reported.difference.is_some_and(|text| text.contains("1C13h:00")));
     }
 }

@@ -139,7 +139,7 @@ fn add_order(lines: &mut Lines, order: &ReportedOrder) {
     if let Some(echo) = &order.echo {
         let answer = if echo.answered { "reported with a value" } else { "not reported" };
         lines.add_more(format!(
-            "dynamic type {}, asked for {}-endian: {answer}",
+            "dynamic type {}, asked for in {}-endian: {answer}",
             echo.asked, echo.integers
         ));
     }

@@ -9,7 +9,7 @@ use ethercrab::Command;
 use ethercrab::error::Error;
 
 use super::driver::Driver;
-use super::error::EthercatError;
+use super::error::{EthercatError, Step};
 use super::layout::{Direction, Layout};
 use super::pdu_core::PduCore;
 use super::register;
@@ -88,12 +88,15 @@ pub fn survey<W: Wire>(
     let mut driver = Driver::new(wire, PduCore::take(false));
     let mut attempt = 1;
     loop {
-        match once(&mut driver, settings) {
+        match once(&mut driver, settings, attempt == START_ATTEMPTS) {
             Ok(survey) => {
                 leave(&mut driver);
                 return Ok((survey, driver.into_wire()));
             }
             Err(error) if attempt == START_ATTEMPTS || !is_worth_another_attempt(error) => {
+                if !is_of_search(error) {
+                    leave(&mut driver);
+                }
                 return Err(StartFailure { error, wire: driver.into_wire() });
             }
             Err(_) => attempt += 1,
@@ -101,9 +104,23 @@ pub fn survey<W: Wire>(
     }
 }
 
+/// Whether an error came before anything was touched.
+const fn is_of_search(error: EthercatError) -> bool {
+    use EthercatError::{Driven, Protocol, Silent, TimedOut, TooManySubdevices};
+    matches!(
+        error,
+        Silent
+            | Driven { .. }
+            | TooManySubdevices { .. }
+            | TimedOut { step: Step::Search, .. }
+            | Protocol { step: Step::Search, .. }
+    )
+}
+
 fn once<W: Wire>(
     driver: &mut Driver<W>,
     settings: &SegmentSettings,
+    is_last_attempt: bool,
 ) -> Result<Survey, EthercatError> {
     let deadline = driver.now() + settings.start_limit;
     let main_device = driver.main_device();
@@ -127,9 +144,9 @@ fn once<W: Wire>(
                 layout: Layout::compare(direction, &entries)
                     .map_err(|mismatch| EthercatError::Layout { position, mismatch }),
             })),
-            // What the robot itself said. The rest may be the wire's fault.
-            Err(error @ EthercatError::Aborted { .. }) => Ok(Err(error)),
-            Err(error) => Err(error),
+            // It may go better the next time; in the end it is this robot's trouble alone.
+            Err(error) if !is_last_attempt && is_worth_another_attempt(error) => Err(error),
+            Err(error) => Ok(Err(error)),
         };
         let (outputs, inputs) = (look(Direction::Outputs)?, look(Direction::Inputs)?);
         robots.push(RobotSurveyed { position, outputs, inputs });
