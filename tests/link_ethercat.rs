@@ -360,3 +360,20 @@ fn clocks_that_are_not_there_are_named() {
     let error = EthercatSegment::start(line, settings).err().unwrap().error;
     assert_eq!(error, EthercatError::NoClocks { position: 0 });
 }
+
+#[test]
+fn a_start_survives_lost_frames() {
+    use fieldarm::link::ethercat::faulty_wire::{FaultPlan, FaultyWire, WireEnd, WireFault};
+    for seed in 0..8 {
+        let plan = FaultPlan {
+            chances: vec![(WireFault::Drop, 10), (WireFault::Truncate, 5), (WireFault::Duplicate, 5)],
+            seed,
+            limit: None,
+        };
+        let wire = FaultyWire::new(line(2), WireEnd::MainDevice, plan);
+        let started = EthercatSegment::start(wire, SegmentSettings::default());
+        if let Err(failure) = started {
+            panic!("seed {seed}: {}", failure.error);
+        }
+    }
+}

@@ -19,12 +19,13 @@ use super::coe::{read_mapping, write_assignment};
 use super::driver::SharedTime;
 use super::group::{Member, RobotGroup, Shared};
 use super::layout::{Direction, Layout, LayoutMismatch};
-use super::register;
 use super::search::sleep_until;
 use super::settings::{Assignment, Clocks, SegmentSettings};
 use super::start::{read_status, set_watchdog};
 use crate::time::Duration;
 use crate::wire::ethercat::al::{AlState, AlStatusCode};
+use crate::wire::ethercat::register;
+use crate::wire::ethercat::sii::word;
 
 /// How long a robot may take to change state: the longer of the limits that main devices grant it.
 ///
@@ -32,21 +33,12 @@ use crate::wire::ethercat::al::{AlState, AlStatusCode};
 const TRANSITION_LIMIT: Duration = Duration::from_secs(9);
 /// Time between two looks at the state of a robot that is asked to change it.
 const LOOK_AGAIN: Duration = Duration::from_millis(2);
-/// Acknowledges an error, in AL control.
-const ACKNOWLEDGE: u16 = 0x10;
 /// SII access: to the main device, after cancelling whoever has it.
 const SII_CANCEL: u16 = 2;
 const SII_TO_MAIN_DEVICE: u16 = 0;
-const SII_ACCESS: u16 = 0x0500;
-const SII_CONTROL: u16 = 0x0502;
-const SII_DATA: u16 = 0x0508;
-/// Read command of the SII, in the control register.
-const SII_READ: u16 = 0x0100;
-/// Busy bit of the SII's control register.
-const SII_BUSY: u16 = 0x8000;
 /// Words of the SII.
-const SII_VENDOR: u16 = 0x0008;
-const SII_PRODUCT: u16 = 0x000A;
+const SII_VENDOR: u16 = word::VENDOR;
+const SII_PRODUCT: u16 = word::VENDOR + 2;
 /// Looks at the SII before it counts as stuck.
 const SII_LOOKS: u32 = 1_000;
 
@@ -131,7 +123,9 @@ impl Carer {
     async fn lift(&self, member: &Member) -> Result<CareOutcome, Error> {
         let (status, _) = read_status(self.main_device(), member.station).await?;
         if status.has_error
-            && let Some(failed) = self.change(member, AlState::SafeOp, ACKNOWLEDGE).await?
+            && let Some(failed) = self
+                .change(member, AlState::SafeOp, u16::from(register::AL_CONTROL_ACKNOWLEDGE))
+                .await?
         {
             return Ok(failed);
         }
@@ -166,7 +160,7 @@ impl Carer {
     /// Everything that the start did, for this robot alone.
     async fn restore(&self, member: &Member) -> Result<CareOutcome, Error> {
         let main_device = self.main_device();
-        Command::apwr(member.position, register::STATION)
+        Command::apwr(member.position, register::STATION_ADDRESS)
             .send_receive::<u16>(main_device, member.station)
             .await?;
         let vendor = self.read_sii(member.station, SII_VENDOR).await?;
@@ -174,7 +168,9 @@ impl Carer {
         if (vendor, product) != (member.identity.vendor, member.identity.product) {
             return Ok(CareOutcome::AnotherDevice);
         }
-        if let Some(failed) = self.change(member, AlState::Init, ACKNOWLEDGE).await? {
+        if let Some(failed) =
+            self.change(member, AlState::Init, u16::from(register::AL_CONTROL_ACKNOWLEDGE)).await?
+        {
             return Ok(failed);
         }
         let (mailboxes, process_data) = member.setup.sync_managers.split_at(16);
@@ -195,7 +191,7 @@ impl Carer {
         self.write_sync_managers(member, 2, process_data).await?;
         for (index, fmmu) in (0..).zip(member.setup.fmmus.chunks_exact(16)) {
             if let Ok(fmmu) = <[u8; 16]>::try_from(fmmu) {
-                Command::fpwr(member.station, register::FMMUS + 16 * index)
+                Command::fpwr(member.station, register::FMMU + 16 * index)
                     .send_receive::<[u8; 16]>(main_device, fmmu)
                     .await?;
             }
@@ -220,7 +216,7 @@ impl Carer {
             if let Ok([a, b, c, d, control, _, enable, _]) = <[u8; 8]>::try_from(manager) {
                 // The status byte and what the robot's side set are its own.
                 let manager = [a, b, c, d, control, 0, enable & 1, 0];
-                Command::fpwr(member.station, register::SYNC_MANAGERS + 8 * index)
+                Command::fpwr(member.station, register::SYNC_MANAGER + 8 * index)
                     .send_receive::<[u8; 8]>(self.main_device(), manager)
                     .await?;
             }
@@ -259,17 +255,22 @@ impl Carer {
     async fn read_sii(&self, station: u16, word: u16) -> Result<u32, Error> {
         let main_device = self.main_device();
         for owner in [SII_CANCEL, SII_TO_MAIN_DEVICE] {
-            Command::fpwr(station, SII_ACCESS).send_receive::<u16>(main_device, owner).await?;
+            Command::fpwr(station, register::SII_ACCESS)
+                .send_receive::<u16>(main_device, owner)
+                .await?;
         }
         let [low, high] = word.to_le_bytes();
-        let [command_low, command_high] = SII_READ.to_le_bytes();
-        Command::fpwr(station, SII_CONTROL)
+        let [command_low, command_high] = register::SII_COMMAND_READ.to_le_bytes();
+        Command::fpwr(station, register::SII_CONTROL)
             .send_receive::<[u8; 6]>(main_device, [command_low, command_high, low, high, 0, 0])
             .await?;
         for _ in 0..SII_LOOKS {
-            let control = Command::fprd(station, SII_CONTROL).receive::<u16>(main_device).await?;
-            if control & SII_BUSY == 0 {
-                return Command::fprd(station, SII_DATA).receive::<u32>(main_device).await;
+            let control =
+                Command::fprd(station, register::SII_CONTROL).receive::<u16>(main_device).await?;
+            if control & register::SII_BUSY == 0 {
+                return Command::fprd(station, register::SII_DATA)
+                    .receive::<u32>(main_device)
+                    .await;
             }
         }
         Err(Error::Internal)
@@ -281,30 +282,28 @@ impl Carer {
         let reference = self.shared.members.iter().find(|other| other.station != member.station);
         let wanted = match reference {
             Some(other) => {
-                Command::fprd(other.station, register::SYSTEM_TIME)
+                Command::fprd(other.station, register::DC_SYSTEM_TIME)
                     .receive::<u64>(main_device)
                     .await?
             }
             // Alone, its clock is the reference.
             None => self.time.now().as_nanos(),
         };
-        let own = Command::fprd(member.station, register::SYSTEM_TIME)
+        let own = Command::fprd(member.station, register::DC_SYSTEM_TIME)
             .receive::<u64>(main_device)
             .await?;
         let write = |register| Command::fpwr(member.station, register);
-        write(register::SYSTEM_TIME_OFFSET)
+        write(register::DC_OFFSET)
             .send_receive::<u64>(main_device, wanted.wrapping_sub(own))
             .await?;
-        write(register::SYSTEM_TIME_DELAY)
-            .send_receive::<u32>(main_device, member.setup.delay_ns)
-            .await?;
+        write(register::DC_DELAY).send_receive::<u32>(main_device, member.setup.delay_ns).await?;
         let cycle = u64::try_from(self.settings.cycle.as_nanos()).unwrap_or(u64::MAX).max(1);
         let delay = u64::try_from(SYNC0_DELAY.as_nanos()).unwrap_or(0);
         let start = (wanted + delay) / cycle * cycle;
-        write(register::SYNC0_START).send_receive::<u64>(main_device, start).await?;
+        write(register::DC_SYNC0_TIME).send_receive::<u64>(main_device, start).await?;
         let cycle = u32::try_from(cycle).unwrap_or(u32::MAX);
-        write(register::SYNC0_CYCLE).send_receive::<u32>(main_device, cycle).await?;
-        write(register::SYNC_ACTIVATION).send_receive::<u8>(main_device, SYNC0_ON).await?;
+        write(register::DC_SYNC0_CYCLE).send_receive::<u32>(main_device, cycle).await?;
+        write(register::DC_ACTIVATION).send_receive::<u8>(main_device, SYNC0_ON).await?;
         Ok(())
     }
 }

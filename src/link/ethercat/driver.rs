@@ -16,7 +16,9 @@ use std::vec;
 
 use ethercrab::MainDevice;
 
-use super::in_flight::{InFlight, MailboxNotice, take_notice};
+use super::in_flight::{InFlight, Settled, is_answer};
+use super::mailbox_repeat::lost_answer;
+use super::notice::{MailboxNotice, take_notice};
 use super::pdu_core::PduCore;
 use super::wire::{MAX_FRAME, Wire};
 use crate::time::{Duration, Instant};
@@ -78,6 +80,18 @@ pub(super) struct Driver<W> {
     counters: FrameCounters,
     time: SharedTime,
     notice: Option<MailboxNotice>,
+    lost_mailbox: Option<LostMailbox>,
+    is_outside_the_cycle: bool,
+}
+
+/// A mailbox that was found empty because its answer got lost; the frame that found it is in the
+/// buffer.
+#[derive(Clone, Copy)]
+struct LostMailbox {
+    /// Station and address.
+    mailbox: (u16, u16),
+    settled: Settled,
+    len: usize,
 }
 
 impl<W: Wire> Driver<W> {
@@ -93,6 +107,8 @@ impl<W: Wire> Driver<W> {
             counters: FrameCounters::default(),
             time,
             notice: None,
+            lost_mailbox: None,
+            is_outside_the_cycle: false,
         }
     }
 
@@ -140,6 +156,7 @@ impl<W: Wire> Driver<W> {
         let mut future = pin!(future);
         let mut context = Context::from_waker(Waker::noop());
         let deadline = self.wire.now() + limit;
+        self.is_outside_the_cycle = true;
         loop {
             self.time.set(self.wire.now());
             if let Poll::Ready(value) = future.as_mut().poll(&mut context) {
@@ -157,6 +174,7 @@ impl<W: Wire> Driver<W> {
                 None => now + IDLE_WAIT,
             };
             self.receive_one(wake_at.min(deadline));
+            self.fetch_lost_mailbox();
             self.resend_overdue();
         }
     }
@@ -175,6 +193,7 @@ impl<W: Wire> Driver<W> {
         task: &mut Option<LongTask<T>>,
     ) -> (bool, Option<T>) {
         let mut context = Context::from_waker(Waker::noop());
+        self.is_outside_the_cycle = false;
         let mut has_ended = turn.poll(&mut context);
         self.send_pending();
         // What is still under way from earlier belongs to the task.
@@ -230,15 +249,24 @@ impl<W: Wire> Driver<W> {
             match self.wire.receive(&mut self.buffer, deadline) {
                 Ok(Some(len)) => {
                     let Some(frame) = self.buffer.get_mut(..len) else { continue };
-                    if !self.in_flight.settle(frame) {
+                    let Some(settled) = self.in_flight.settle(frame) else {
                         self.counters.stray += 1;
                         if self.wire.now() >= deadline {
                             return false;
                         }
                         continue;
+                    };
+                    self.counters.received += 1;
+                    // In the cycle there is no time for it: the task that asked begins anew.
+                    if settled.was_resent
+                        && self.is_outside_the_cycle
+                        && let Some(sent) = self.in_flight.sent_bytes(settled)
+                        && let Some(mailbox) = lost_answer(sent, frame)
+                    {
+                        self.lost_mailbox = Some(LostMailbox { mailbox, settled, len });
+                        return true;
                     }
                     self.notice = take_notice(frame).or(self.notice);
-                    self.counters.received += 1;
                     // The future may be gone meanwhile; then the storage has no place for it.
                     self.core.receive_frame(frame);
                     return true;
@@ -253,6 +281,46 @@ impl<W: Wire> Driver<W> {
                     self.wire.pause_until(deadline);
                     return false;
                 }
+            }
+        }
+    }
+
+    /// Has a mailbox answer that got lost put there again, and reads it again. A subdevice that cannot
+    /// do it has answered that its mailbox is empty.
+    fn fetch_lost_mailbox(&mut self) {
+        let Some(LostMailbox { mailbox: (station, address), settled, len }) =
+            self.lost_mailbox.take()
+        else {
+            return;
+        };
+        let empty = self.buffer.get(..len).map(<[u8]>::to_vec);
+        if self.repeat_mailbox(station, address) {
+            let now = self.wire.now();
+            if let Some(frame) = self.in_flight.reopen(settled, now)
+                && self.wire.send(frame).is_ok()
+            {
+                self.counters.resent += 1;
+            }
+        } else if let Some(empty) = empty {
+            self.core.receive_frame(&empty);
+        }
+    }
+
+    /// Sends a frame of our own and waits for its answer until `patience` is over.
+    pub(super) fn own_round_trip(&mut self, frame: &[u8], patience: Duration) -> Option<&[u8]> {
+        let deadline = self.wire.now() + patience;
+        self.wire.send(frame).ok()?;
+        self.counters.sent += 1;
+        loop {
+            let len = self.wire.receive(&mut self.buffer, deadline).ok()??;
+            let back = self.buffer.get(..len)?;
+            if is_answer(frame, back) {
+                self.counters.received += 1;
+                return self.buffer.get(..len);
+            }
+            self.counters.stray += 1;
+            if self.wire.now() >= deadline {
+                return None;
             }
         }
     }

@@ -13,12 +13,13 @@ pub mod faulty_wire;
 mod group;
 mod in_flight;
 pub mod layout;
+mod mailbox_repeat;
 pub mod memory;
 mod monitor;
+mod notice;
 mod pdu_core;
 #[cfg(target_os = "linux")]
 pub mod raw_socket;
-mod register;
 mod robot;
 mod search;
 mod segment;

@@ -9,7 +9,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use core::time::Duration;
 use ethercrab::{
-    MainDevice, MainDeviceConfig, PduRx, PduStorage, PduTx, RetryBehaviour, SendableFrame, Timeouts,
+    MainDevice, MainDeviceConfig, PduRx, PduStorage, PduTx, ReceiveAction, RetryBehaviour,
+    SendableFrame, Timeouts,
 };
 
 use super::wire::MAX_FRAME;
@@ -61,11 +62,11 @@ impl PduCore {
         self.parts.as_mut()?.tx.next_sendable_frame()
     }
 
-    /// Hands a frame that came back to whoever waits for it, if somebody does.
-    pub(super) fn receive_frame(&mut self, frame: &[u8]) {
-        if let Some(parts) = &mut self.parts {
-            let _ = parts.rx.receive_frame(frame);
-        }
+    /// Hands a frame that came back to whoever waits for it; whether somebody took it.
+    pub(super) fn receive_frame(&mut self, frame: &[u8]) -> bool {
+        self.parts.as_mut().is_some_and(|parts| {
+            matches!(parts.rx.receive_frame(frame), Ok(ReceiveAction::Processed))
+        })
     }
 }
 

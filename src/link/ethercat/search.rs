@@ -11,13 +11,13 @@ use ethercrab::{Command, MainDevice, SubDevice};
 use super::driver::SharedTime;
 use super::error::EthercatError;
 use super::group::GROUP_ROBOTS;
-use super::register;
 use super::robot::{Seat, SubDeviceFound};
 use super::settings::{MAX_ROBOTS, RobotAddress, RobotChoice};
 use super::start::FIRST_STATION;
 use crate::time::Instant;
 use crate::wire::ethercat::al::AlState;
 use crate::wire::ethercat::identity::Identity;
+use crate::wire::ethercat::register;
 
 /// Lets time pass on the wire.
 pub(super) async fn sleep_until(time: &SharedTime, until: Instant) {

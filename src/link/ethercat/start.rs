@@ -19,15 +19,15 @@ use super::coe::{read_mapping, write_assignment};
 use super::driver::Driver;
 use super::error::{EthercatError, Step};
 use super::group::{EscSetup, GROUP_ROBOTS, Group, Member, RobotGroup, Shared};
-use super::in_flight::{MailboxNotice, NoticeKind};
 use super::layout::{Direction, Layout, LayoutMismatch, MappingEntry};
-use super::register;
+use super::notice::{MailboxNotice, NoticeKind};
 use super::robot::Seat;
 use super::search::{choose, read_states, seat_of, sleep_until};
 use super::settings::{Assignment, Clocks, MAX_ROBOTS, SegmentSettings};
 use super::wire::Wire;
 use crate::time::{Duration, Instant};
 use crate::wire::ethercat::al::{AlState, AlStatusCode};
+use crate::wire::ethercat::register;
 
 /// Subdevices that a segment may have. A power of two, as `ethercrab` asks.
 const MAX_SUBDEVICES: usize = 64;
@@ -421,7 +421,7 @@ pub(super) async fn set_watchdog(
     Command::fpwr(station, register::WATCHDOG_DIVIDER)
         .send_receive::<u16>(main_device, WATCHDOG_DIVIDER)
         .await?;
-    Command::fpwr(station, register::PROCESS_DATA_WATCHDOG)
+    Command::fpwr(station, register::PROCESS_WATCHDOG)
         .send_receive::<u16>(main_device, steps)
         .await?;
     Ok(())
@@ -429,13 +429,10 @@ pub(super) async fn set_watchdog(
 
 /// What an ESC was told by now.
 async fn read_setup(main_device: &MainDevice<'_>, station: u16) -> Result<EscSetup, Error> {
-    let fmmus = Command::fprd(station, register::FMMUS).receive(main_device).await?;
-    let sync_managers =
-        Command::fprd(station, register::SYNC_MANAGERS).receive(main_device).await?;
+    let fmmus = Command::fprd(station, register::FMMU).receive(main_device).await?;
+    let sync_managers = Command::fprd(station, register::SYNC_MANAGER).receive(main_device).await?;
     // Without clocks the register is not there.
-    let delay_ns = Command::fprd(station, register::SYSTEM_TIME_DELAY)
-        .ignore_wkc()
-        .receive(main_device)
-        .await?;
+    let delay_ns =
+        Command::fprd(station, register::DC_DELAY).ignore_wkc().receive(main_device).await?;
     Ok(EscSetup { fmmus, sync_managers, delay_ns })
 }

@@ -12,7 +12,6 @@ use super::driver::Driver;
 use super::error::{EthercatError, Step};
 use super::layout::{Direction, Layout};
 use super::pdu_core::PduCore;
-use super::register;
 use super::robot::SubDeviceFound;
 use super::search::{choose, sleep_until};
 use super::segment::{START_ATTEMPTS, StartFailure, is_worth_another_attempt};
@@ -21,6 +20,7 @@ use super::start::Starter;
 use super::wire::Wire;
 use crate::time::Duration;
 use crate::wire::ethercat::al::AlState;
+use crate::wire::ethercat::register;
 
 /// How long the subdevices may take to INIT; robots do it at once.
 ///

@@ -12,6 +12,8 @@ use super::AbortCode;
 /// Length of an initiate request or answer behind the CoE header, without data, in bytes. Also the
 /// length of the shortest segment.
 pub const SDO_LEN: usize = 8;
+/// First byte of an abort, from either side.
+pub const COMMAND_ABORT: u8 = 0x80;
 
 /// Shortest segment data in bytes: what is less is padded.
 const SHORTEST_SEGMENT: usize = 7;
@@ -206,5 +208,5 @@ pub fn upload_segment(toggle: bool, last: bool, len: usize) -> (u8, usize) {
 /// Gives up a transfer; travels as [`SDO_REQUEST`](super::CoeService::SDO_REQUEST), whoever sends it.
 #[must_use]
 pub const fn abort(address: SdoAddress, code: AbortCode) -> [u8; SDO_LEN] {
-    address.head(0x80, code.0.to_le_bytes())
+    address.head(COMMAND_ABORT, code.0.to_le_bytes())
 }
