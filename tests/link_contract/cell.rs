@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fmt;
 
 use fieldarm::cycle::CyclicLink;
-use fieldarm::engine::meca500::Ticket;
+use fieldarm::engine::meca500::{Config, Ticket};
 use fieldarm::sim::meca500::RobotSettings;
 use fieldarm::time::{Duration, Instant};
 use fieldarm::wire::meca500::command::MotionCommand;
@@ -60,9 +60,14 @@ impl<B: Bus> Cell<B> {
         let order = robot.byte_order;
         let label = format!("{kind:?}");
         let bus = kind.open(robot).unwrap_or_else(|error| panic!("{label}: {error}"));
+        Self::over(bus, order, label)
+    }
+
+    /// A cell on a bus that is up already, whose robot speaks `order`.
+    pub(crate) fn over(bus: B, order: ByteOrder, label: String) -> Self {
         Self {
             bus: Some(bus),
-            plc: Plc::new(order),
+            plc: Plc::new(order, Config::default()),
             now: Instant::from_millis(1),
             cycles: 0,
             next_number: 0,
@@ -88,7 +93,7 @@ impl<B: Bus> Cell<B> {
         });
     }
 
-    fn bus(&mut self) -> &mut B {
+    pub(crate) fn bus(&mut self) -> &mut B {
         self.bus.as_mut().expect("a PLC is not restarted twice at once")
     }
 
@@ -192,6 +197,6 @@ impl<B: Bus> Cell<B> {
             Err(error) => panic!("the new PLC gets no link: {error}\n{self:#?}"),
         }
         self.now += away;
-        self.plc = Plc::new(self.order);
+        self.plc = Plc::new(self.order, Config::default());
     }
 }

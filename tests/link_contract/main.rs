@@ -8,6 +8,8 @@ mod checkers;
 mod contract;
 mod direct;
 mod ethercat;
+mod faults;
+mod faults_of_four;
 mod layouts;
 mod losses;
 mod one_way;

@@ -51,9 +51,9 @@ impl fmt::Debug for Plc {
 impl Plc {
     /// A PLC that was just started, before a robot that speaks `order`. It finds that out by itself;
     /// the checkers are told.
-    pub(crate) fn new(order: ByteOrder) -> Self {
+    pub(crate) fn new(order: ByteOrder, config: Config) -> Self {
         Self {
-            engine: Engine::new(Config::default()),
+            engine: Engine::new(config),
             outputs: [0; OUTPUT_LEN],
             inputs: [0; INPUT_LEN],
             quality: InputQuality::Lost,
