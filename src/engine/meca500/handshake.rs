@@ -324,6 +324,8 @@ impl<const QUEUE: usize> Engine<QUEUE> {
                 }
                 self.close_port();
             } else {
+                // It may have been taken away on a suspicion.
+                self.outputs.set_point(true);
                 self.port = Port::Open;
             }
             self.accepted(&sent, inputs);
