@@ -1,12 +1,13 @@
 //! Finding the byte order from raw images, and refusing to guess.
 
 use fieldarm::cycle::InputQuality::{self, Fresh};
-use fieldarm::engine::meca500::{ByteOrderSetting, Config, Engine, Event, Fault};
+use fieldarm::engine::meca500::{ByteOrderSetting, Config, Engine, Event, Fault, OrderProbe};
 use fieldarm::time::Instant;
 use fieldarm::wire::meca500::command::MotionCommand;
+use fieldarm::wire::meca500::dynamic::DynamicType;
 use fieldarm::wire::meca500::image::{INPUT_LEN, InputImage, OUTPUT_LEN, RobotStatusFlags};
 use fieldarm::wire::order::{
-    Big, BigIntLittleReal, ByteOrder, ImageOrder, Little, LittleIntBigReal,
+    Big, BigIntLittleReal, ByteOrder, Endian, ImageOrder, Little, LittleIntBigReal,
 };
 
 /// An idle robot after so many milliseconds.
@@ -130,4 +131,65 @@ fn wrong_lengths_are_refused_and_change_nothing() {
     assert_eq!(outputs, [0xAA; OUTPUT_LEN]);
     assert!(engine.cycle_bytes(Instant::ZERO, Fresh, &[0; INPUT_LEN], &mut [0; 61]).is_err());
     assert_eq!(engine.statistics().cycles, 0);
+}
+
+fn probed<O: ImageOrder>(joints: [f32; 6]) -> OrderProbe {
+    let mut probe = OrderProbe::new();
+    for ms in 1..10 {
+        probe.see(&idle::<O>(joints, ms)).unwrap();
+    }
+    probe
+}
+
+#[test]
+fn a_probe_comes_to_the_engines_verdict_and_shows_why() {
+    let joints = [12.34, -45.0, 30.5, 0.1, 90.0, -3600.0];
+    assert_eq!(probed::<Big>(joints).verdict(), found::<Big>(joints));
+    assert_eq!(probed::<LittleIntBigReal>(joints).verdict(), found::<LittleIntBigReal>(joints));
+    let evidence = probed::<Little>(joints).evidence().unwrap();
+    assert_eq!(evidence.verdict(), Some(ByteOrder::LITTLE));
+    assert_eq!(evidence.images, 3, "of the image that settled it");
+    assert_eq!((evidence.little.fifo_space, evidence.big.fifo_space), (13_000, 51_250));
+    assert!(evidence.little.fifo_space_fits() && !evidence.big.fifo_space_fits());
+    assert_eq!(evidence.little.microseconds, 3_000);
+    assert_eq!(evidence.little.reals[..6], joints);
+    assert_eq!((evidence.little.sensible_reals(), evidence.echo), (9, None));
+    assert!(evidence.little.has_better_reals_than(&evidence.big));
+}
+
+#[test]
+fn a_probe_that_is_not_told_enough_says_which_part_is_open() {
+    let mut probe = OrderProbe::new();
+    assert_eq!(probe.evidence(), None);
+    assert!(probe.see(&[0; INPUT_LEN - 1]).is_err());
+    assert_eq!(probe.evidence(), None);
+    for ms in 1..10 {
+        let mut no_reals = idle::<Big>([0.0; 6], ms);
+        no_reals[16..64].fill(0);
+        probe.see(&no_reals).unwrap();
+    }
+    let evidence = probe.evidence().unwrap();
+    assert_eq!((evidence.integers, evidence.reals), (Some(Endian::BigEndian), None));
+    assert_eq!((evidence.verdict(), evidence.images), (None, 9));
+}
+
+#[test]
+fn an_echo_counts_when_it_stays_and_brings_a_value() {
+    let types = [DynamicType::FIRMWARE_VERSION, DynamicType(2), DynamicType(3), DynamicType(52)];
+    let mut probe = probed::<Little>([1.0; 6]);
+    let outputs = probe.ask(types, Endian::LittleEndian);
+    assert_eq!(outputs[..44], [0; 44]);
+    assert_eq!(outputs[44..], [1, 0, 0, 0, 2, 0, 0, 0, 3, 0, 0, 0, 52, 0, 0, 0]);
+    let mut answer = |value: f32, ms| {
+        let mut inputs = idle::<Little>([1.0; 6], ms);
+        inputs[140..144].copy_from_slice(&1_u32.to_le_bytes());
+        inputs[144..148].copy_from_slice(&value.to_le_bytes());
+        probe.see(&inputs).unwrap();
+        probe.evidence().unwrap().echo.unwrap().answered
+    };
+    assert!((10..20).all(|ms| !answer(0.0, ms)), "a type without a value is no answer");
+    assert_eq!([20, 21, 22].map(|ms| answer(11.0, ms)), [false, false, true]);
+    let big = probe.ask(types, Endian::BigEndian);
+    assert_eq!(big[44..48], [0, 0, 0, 1]);
+    assert!(!probe.evidence().unwrap().echo.unwrap().answered, "a new question");
 }

@@ -7,12 +7,15 @@
 mod decode;
 #[cfg(target_os = "linux")]
 mod emulated_robot;
+mod ethercat_options;
 mod exit;
 mod grid;
 mod hex;
 mod link_choice;
 mod order;
 mod plots;
+#[cfg(target_os = "linux")]
+mod probe;
 pub mod report;
 mod report_files;
 mod run_program;
@@ -46,6 +49,8 @@ enum Command {
     Run(run_program::RunArgs),
     #[cfg(target_os = "linux")]
     Sim(sim::SimArgs),
+    #[cfg(target_os = "linux")]
+    Probe(probe::ProbeArgs),
     Table(table::TableArgs),
     Decode(decode::DecodeArgs),
 }
@@ -57,6 +62,8 @@ pub fn main() -> ExitCode {
         Command::Run(args) => run_program::run(&args),
         #[cfg(target_os = "linux")]
         Command::Sim(args) => sim::run(&args),
+        #[cfg(target_os = "linux")]
+        Command::Probe(args) => probe::run(&args),
         Command::Table(args) => table::run(&args).map(|()| Exit::Done),
         Command::Decode(args) => decode::run(&args).map(|()| Exit::Done),
     };

@@ -7,6 +7,7 @@ use std::prelude::v1::*;
 
 use serde::Serialize;
 
+use crate::link::ethercat::{FrameCounters, SegmentStatistics};
 use crate::run::outcome::{End, Outcome, Stop};
 use crate::run::periodic::Port;
 use crate::run::program::Program;
@@ -43,6 +44,8 @@ pub struct Report {
     pub acknowledgement_cycles: ReportedQuantiles,
     /// Bus cycles: of the whole run, so those of all robots on the segment.
     pub cycles: ReportedCycles,
+    /// What the frames were like; without a bus there are none.
+    pub bus: Option<ReportedBus>,
     /// Path length of the tool in mm, homing included; `null` where the inputs made no sense.
     pub distance_mm: Option<f64>,
     /// Time that passed on the robot's clock, in seconds; `null` where the inputs made no sense.
@@ -153,6 +156,46 @@ pub struct ReportedCycles {
     pub engine_us: ReportedQuantiles,
 }
 
+/// What the frames of a real bus were like, for all its robots.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct ReportedBus {
+    /// From sending the frames of a cycle to having all of them back, in microseconds.
+    pub exchange_us: ReportedQuantiles,
+    /// Cycles in which a frame did not come back in time.
+    pub lost: u64,
+    /// Frames that answered nothing: late, twice, mangled or somebody else's.
+    pub stray: u64,
+    /// Robots and cycles in which the working counter did not add up.
+    pub wrong_counter: u64,
+    /// How much faster the distributed clock runs than ours, in parts per million.
+    pub clock_drift_ppm: Option<f64>,
+    /// Largest distance of a frame from its place before SYNC0, in microseconds.
+    pub worst_phase_error_us: Option<f64>,
+}
+
+impl ReportedBus {
+    pub(super) fn new(statistics: &SegmentStatistics, frames: FrameCounters) -> Self {
+        let exchange = &statistics.exchange_ns;
+        let us = |ns: u64| if exchange.is_empty() { 0.0 } else { ns as f64 * 1e-3 };
+        Self {
+            exchange_us: ReportedQuantiles {
+                count: exchange.len(),
+                min: us(exchange.min()),
+                p50: us(exchange.value_at_quantile(0.5)),
+                p99: us(exchange.value_at_quantile(0.99)),
+                max: us(exchange.max()),
+            },
+            lost: statistics.lost,
+            stray: frames.stray,
+            wrong_counter: statistics.wrong_counter,
+            clock_drift_ppm: statistics.clock.map(|clock| clock.drift_ppb * 1e-3),
+            worst_phase_error_us: statistics
+                .clock
+                .map(|clock| clock.worst_phase_error_ns as f64 * 1e-3),
+        }
+    }
+}
+
 /// What became of one command. Times are in seconds since the first cycle.
 #[derive(Clone, Debug, Serialize)]
 pub struct ReportedStep {
@@ -194,6 +237,7 @@ pub(super) struct Sources<'a> {
     pub(super) acknowledgement_cycles: Quantiles,
     pub(super) statistics: &'a CycleStatistics,
     pub(super) port: &'a Port,
+    pub(super) bus: Option<ReportedBus>,
     pub(super) recording: &'a Recording,
     pub(super) wall_time_s: f64,
 }
@@ -254,6 +298,7 @@ impl Report {
                 work_us: quantiles(statistics.work_ns.quantiles(), 1e-3),
                 engine_us: quantiles(of_robot.controller_ns.quantiles(), 1e-3),
             },
+            bus: sources.bus,
             distance_mm: makes_sense.then(|| recording.distance_mm()),
             robot_time_s: makes_sense.then(|| recording.robot_time_us() as f64 * 1e-6),
             wall_time_s: sources.wall_time_s,

@@ -9,16 +9,16 @@ use std::thread;
 
 use clap::{Args, ValueEnum};
 
+use super::ethercat_options::EthercatOptions;
 use super::exit::{Exit, Failure};
 use super::grid::print;
 use super::link_choice::LinkChoice;
 use super::order::OrderName;
-use super::report::{Report, Settings, Sources};
-use super::segment::{Segment, open_segment};
+use super::report::{Report, ReportedBus, Settings, Sources};
+use super::segment::{Opening, Segment, open_segment};
 use super::source::{self, Source};
 use super::watch::{self, Watcher};
 use super::{report_files, summary, virtual_robot, wording};
-use crate::cycle::CyclicSegment;
 use crate::engine::meca500::{ByteOrderSetting, CheckpointPolicy, CheckpointRange, Config, Engine};
 use crate::link::clock::MonotonicClock;
 use crate::run::drive::drive_all;
@@ -30,6 +30,7 @@ use crate::run::recording::Recording;
 use crate::run::runner::Runner;
 use crate::run::seat::Seat;
 use crate::time::{Duration, Instant};
+use crate::wire::meca500::image::FirmwareLayout;
 use crate::wire::meca500::revision::Revision;
 use crate::wire::order::ByteOrder;
 
@@ -95,6 +96,8 @@ pub(super) struct RunArgs {
     /// Say nothing on standard error unless something goes wrong.
     #[arg(long, short)]
     quiet: bool,
+    #[command(flatten)]
+    ethercat: EthercatOptions,
     #[command(flatten)]
     sim: virtual_robot::SimArgs,
 }
@@ -162,6 +165,12 @@ impl RunArgs {
                 self.link
             )));
         }
+        self.ethercat.check(self.cycle_us).map_err(Failure::usage)?;
+        if let (LinkChoice::Sim, Some(option)) = (&self.link, self.ethercat.given()) {
+            return Err(Failure::usage(format!(
+                "{option} is about EtherCAT, and --link sim has no bus: --link ethercat-sim has"
+            )));
+        }
         if self.link.is_in_process() {
             return Ok(());
         }
@@ -224,10 +233,10 @@ struct Robot<'p> {
 }
 
 impl<'p> Robot<'p> {
-    fn new(source: &'p Source, args: &RunArgs) -> Result<Self, Failure> {
+    fn new(source: &'p Source, args: &RunArgs, layout: FirmwareLayout) -> Result<Self, Failure> {
         Ok(Self {
             source,
-            engine: Engine::new(config(args, &source.program)?),
+            engine: Engine::new(Config { layout, ..config(args, &source.program)? }),
             runner: Runner::new(&source.program),
             recording: Recording::new(),
         })
@@ -241,23 +250,26 @@ pub(super) fn run(args: &RunArgs) -> Result<Exit, Failure> {
     let directories = args.report_directories();
     directories.iter().flatten().try_for_each(|directory| report_files::prepare(directory))?;
     let count = usize::from(args.robots);
-    // One program serves all robots.
-    let of_robots = sources.iter().cycle().take(count);
-    let mut robots: Vec<Robot<'_>> =
-        of_robots.map(|source| Robot::new(source, args)).collect::<Result<_, _>>()?;
     let interrupted = catch_interrupts()?;
-    let segment = open_segment(&args.link, count, &args.sim, args.revision.into())?;
-    let found = segment.robot_count();
-    if found < count {
-        return Err(Failure::link(format!(
-            "{count} robots are wanted, --link {} has {found}",
-            args.link
-        )));
-    }
+    let segment = open_segment(Opening {
+        link: &args.link,
+        robots: count,
+        cycle_us: args.cycle_us,
+        ethercat: &args.ethercat,
+        sim: &args.sim,
+        revision: args.revision.into(),
+    })?;
+    // One program serves all robots.
+    let of_robots = sources.iter().cycle().take(count).enumerate();
+    let mut robots: Vec<Robot<'_>> = of_robots
+        .map(|(number, source)| Robot::new(source, args, segment.firmware(number)))
+        .collect::<Result<_, _>>()?;
     let period = Duration::from_micros(args.cycle_us);
     let mut periodic = Periodic::over_segment::<Engine<QUEUE>>(segment, args.pace(), period);
     let (outcomes, wall_time) = drive_robots(args, &mut robots, &mut periodic, &interrupted)?;
 
+    let figures = periodic.segment().figures();
+    let bus = figures.map(|(statistics, frames)| ReportedBus::new(statistics, frames));
     let (mut told, mut exits, mut failures) = (Vec::new(), Vec::new(), Vec::new());
     let places = periodic.ports().iter().zip(&directories);
     for (number, ((robot, outcome), (port, directory))) in
@@ -280,6 +292,7 @@ pub(super) fn run(args: &RunArgs) -> Result<Exit, Failure> {
                 acknowledgement_cycles: robot.runner.acknowledgement_cycles().quantiles(),
                 statistics: periodic.statistics(),
                 port,
+                bus,
                 recording: &robot.recording,
                 wall_time_s: wall_time.as_secs_f64(),
             },
@@ -299,6 +312,7 @@ pub(super) fn run(args: &RunArgs) -> Result<Exit, Failure> {
         });
         told.push((report, files.unwrap_or_default()));
     }
+    periodic.into_segment().close();
     print(&match &told[..] {
         [(report, files)] => summary::of_one(report, files),
         several => summary::of_several(several),
@@ -314,7 +328,9 @@ fn drive_robots(
     periodic: &mut Periodic<Segment, AnyPace>,
     interrupted: &Arc<AtomicBool>,
 ) -> Result<(Vec<Outcome>, Duration), Failure> {
-    let (mut watchers, messages) = Watcher::all(robots.len(), interrupted, args.progress_cycles());
+    let (mut watchers, bus, messages) =
+        Watcher::all(robots.len(), interrupted, args.progress_cycles());
+    periodic.segment_mut().watch(Some(bus));
     let programs: Vec<&Program> = robots.iter().map(|robot| &robot.source.program).collect();
     thread::scope(|scope| {
         scope.spawn(move || watch::draw(messages, &programs, args.quiet));
@@ -331,6 +347,7 @@ fn drive_robots(
         let outcomes = seats.into_iter().map(Seat::into_outcome).collect();
         // The other thread draws until nobody can tell it anything.
         drop(watchers);
+        periodic.segment_mut().watch(None);
         match ended {
             Ok(()) => Ok((outcomes, wall_time)),
             Err(error) => Err(Failure::link(format!("the link failed: {error}"))),

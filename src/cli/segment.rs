@@ -3,68 +3,215 @@
 use core::convert::Infallible;
 use std::prelude::v1::*;
 
+use super::emulated_robot::{Presentation, emulated};
+use super::ethercat_options::EthercatOptions;
 use super::exit::Failure;
 use super::link_choice::LinkChoice;
+#[cfg(target_os = "linux")]
+use super::sim::refused;
 use super::virtual_robot::{self, SimArgs};
+use super::watch::LinkWatcher;
+use crate::bus::ethercat::meca500::{Meca500Application, Meca500Settings};
 use crate::cycle::{CyclicSegment, InputQuality};
 use crate::link::direct::DirectSegment;
+use crate::link::ethercat::memory::MemoryWire;
+#[cfg(target_os = "linux")]
+use crate::link::ethercat::raw_socket::RawSocket;
+use crate::link::ethercat::wire::Wire;
+use crate::link::ethercat::{
+    EthercatError, EthercatSegment, FrameCounters, RobotAddress, RobotChoice, SegmentStatistics,
+};
 use crate::run::outcome::LinkMessage;
-use crate::sim::meca500::VirtualRobot;
+use crate::sim::meca500::{CyclicBus, VirtualRobot};
 use crate::time::Instant;
+use crate::wire::meca500::image::FirmwareLayout;
 use crate::wire::meca500::revision::Revision;
 
+/// A line of emulated robots in this process.
+type Emulation = MemoryWire<Meca500Application<VirtualRobot>>;
+
 /// Any of the segments a run can drive. A cycle costs one `match`, and no memory.
-#[derive(Debug)]
-pub(super) enum Segment {
+enum Bus {
     /// Virtual robots without a bus.
     Direct(DirectSegment<VirtualRobot>),
+    /// Virtual robots behind the whole EtherCAT stack, joined in memory.
+    EthercatSim(Box<EthercatSegment<Emulation>>),
+    /// The robots on a network interface.
+    #[cfg(target_os = "linux")]
+    Ethercat(Box<EthercatSegment<RawSocket>>),
 }
 
-/// Opens the segment behind `link` with so many robots on it, ready for its first exchange.
-pub(super) fn open_segment(
-    link: &LinkChoice,
-    robots: usize,
-    sim: &SimArgs,
-    revision: Revision,
-) -> Result<Segment, Failure> {
-    match link {
+/// A segment, and who hears what happens on it.
+pub(super) struct Segment {
+    bus: Bus,
+    watcher: Option<LinkWatcher>,
+}
+
+/// How a segment is opened.
+#[derive(Clone, Copy)]
+pub(super) struct Opening<'a> {
+    pub(super) link: &'a LinkChoice,
+    pub(super) robots: usize,
+    pub(super) cycle_us: u64,
+    pub(super) ethercat: &'a EthercatOptions,
+    pub(super) sim: &'a SimArgs,
+    pub(super) revision: Revision,
+}
+
+/// Opens the segment with so many robots on it, ready for its first exchange.
+pub(super) fn open_segment(opening: Opening<'_>) -> Result<Segment, Failure> {
+    let Opening { link, robots, sim, revision, .. } = opening;
+    let order = link.sim_byte_order();
+    let bus = match link {
         LinkChoice::Sim => {
-            let order = link.sim_byte_order();
-            let devices = (0..robots).map(|_| virtual_robot::new(sim, order, revision));
-            Ok(Segment::Direct(DirectSegment::new(devices)))
+            let device = |_| virtual_robot::new(sim, order, revision, CyclicBus::Direct);
+            Bus::Direct(DirectSegment::new((0..robots).map(device)))
         }
-        LinkChoice::EthercatSim | LinkChoice::Ethercat { .. } => Err(Failure::link(format!(
-            "--link {link} is not built yet; for now only --link sim has robots"
-        ))),
+        LinkChoice::EthercatSim => {
+            let presentation =
+                Presentation { alias: 0, distributed_clock: true, pdos_in_sii: false };
+            let device = |_| {
+                let robot = virtual_robot::new(sim, order, revision, CyclicBus::EtherCat);
+                emulated(robot, Meca500Settings::default(), presentation)
+            };
+            let line = (0..robots).map(device).collect::<Result<Vec<_>, _>>()?;
+            Bus::EthercatSim(start(MemoryWire::new(line), opening, RobotChoice::All)?)
+        }
+        #[cfg(target_os = "linux")]
+        LinkChoice::Ethercat { interface, position } => {
+            let socket = RawSocket::open(interface).map_err(refused)?;
+            let choice = match position {
+                Some(position) => RobotChoice::These(vec![RobotAddress::Position(*position)]),
+                None => RobotChoice::First(robots),
+            };
+            Bus::Ethercat(start(socket, opening, choice)?)
+        }
+        #[cfg(not(target_os = "linux"))]
+        LinkChoice::Ethercat { .. } => {
+            return Err(Failure::link(format!(
+                "--link {link}: raw Ethernet is built for Linux only; --link ethercat-sim works here"
+            )));
+        }
+    };
+    Ok(Segment { bus, watcher: None })
+}
+
+fn start<W: Wire>(
+    wire: W,
+    opening: Opening<'_>,
+    robots: RobotChoice,
+) -> Result<Box<EthercatSegment<W>>, Failure> {
+    let settings = opening.ethercat.settings(robots, opening.cycle_us);
+    EthercatSegment::start(wire, settings)
+        .map(Box::new)
+        .map_err(|failure| Failure::link(format!("--link {}: {}", opening.link, failure.error)))
+}
+
+impl Segment {
+    /// Who hears what happens on the bus from now on; nobody with `None`.
+    pub(super) fn watch(&mut self, watcher: Option<LinkWatcher>) {
+        self.watcher = watcher;
     }
+
+    /// Which firmware's image a robot has, as far as the bus tells.
+    pub(super) fn firmware(&self, robot: usize) -> FirmwareLayout {
+        let robots = match &self.bus {
+            Bus::Direct(_) => return FirmwareLayout::default(),
+            Bus::EthercatSim(segment) => segment.robots(),
+            #[cfg(target_os = "linux")]
+            Bus::Ethercat(segment) => segment.robots(),
+        };
+        robots.get(robot).map_or(FirmwareLayout::default(), |robot| robot.inputs.firmware())
+    }
+
+    /// What the frames were like; `None` without a bus.
+    pub(super) fn figures(&self) -> Option<(&SegmentStatistics, FrameCounters)> {
+        match &self.bus {
+            Bus::Direct(_) => None,
+            Bus::EthercatSim(segment) => Some((segment.statistics(), segment.frames())),
+            #[cfg(target_os = "linux")]
+            Bus::Ethercat(segment) => Some((segment.statistics(), segment.frames())),
+        }
+    }
+
+    /// Leaves the bus: the robots are asked for INIT.
+    pub(super) fn close(self) {
+        match self.bus {
+            Bus::Direct(_) => {}
+            Bus::EthercatSim(segment) => drop(segment.close()),
+            #[cfg(target_os = "linux")]
+            Bus::Ethercat(segment) => drop(segment.close()),
+        }
+    }
+}
+
+/// One exchange, and its events told.
+fn exchange<W: Wire>(
+    segment: &mut EthercatSegment<W>,
+    watcher: Option<&LinkWatcher>,
+    now: Instant,
+) -> Result<(), EthercatError> {
+    let exchanged = segment.exchange(now);
+    while let Some(event) = segment.poll_event() {
+        if let Some(watcher) = watcher {
+            watcher.tell(event);
+        }
+    }
+    exchanged
 }
 
 impl CyclicSegment for Segment {
     type Error = LinkMessage;
 
     fn robot_count(&self) -> usize {
-        match self {
-            Self::Direct(segment) => segment.robot_count(),
+        match &self.bus {
+            Bus::Direct(segment) => segment.robot_count(),
+            Bus::EthercatSim(segment) => segment.robot_count(),
+            #[cfg(target_os = "linux")]
+            Bus::Ethercat(segment) => segment.robot_count(),
         }
     }
 
     fn write_outputs(&mut self, robot: usize, outputs: &[u8]) {
-        match self {
-            Self::Direct(segment) => segment.write_outputs(robot, outputs),
+        match &mut self.bus {
+            Bus::Direct(segment) => segment.write_outputs(robot, outputs),
+            Bus::EthercatSim(segment) => segment.write_outputs(robot, outputs),
+            #[cfg(target_os = "linux")]
+            Bus::Ethercat(segment) => segment.write_outputs(robot, outputs),
         }
     }
 
     fn exchange(&mut self, now: Instant) -> Result<(), LinkMessage> {
-        match self {
-            Self::Direct(segment) => {
+        let watcher = self.watcher.as_ref();
+        match &mut self.bus {
+            Bus::Direct(segment) => {
                 segment.exchange(now).map_err(|error: Infallible| match error {})
+            }
+            Bus::EthercatSim(segment) => {
+                exchange(segment, watcher, now).map_err(|e| LinkMessage::of(&e))
+            }
+            #[cfg(target_os = "linux")]
+            Bus::Ethercat(segment) => {
+                exchange(segment, watcher, now).map_err(|e| LinkMessage::of(&e))
             }
         }
     }
 
     fn read_inputs(&self, robot: usize, inputs: &mut [u8]) -> InputQuality {
-        match self {
-            Self::Direct(segment) => segment.read_inputs(robot, inputs),
+        match &self.bus {
+            Bus::Direct(segment) => segment.read_inputs(robot, inputs),
+            Bus::EthercatSim(segment) => segment.read_inputs(robot, inputs),
+            #[cfg(target_os = "linux")]
+            Bus::Ethercat(segment) => segment.read_inputs(robot, inputs),
+        }
+    }
+
+    fn nudge_ns(&self) -> i64 {
+        match &self.bus {
+            Bus::Direct(_) => 0,
+            Bus::EthercatSim(segment) => segment.nudge_ns(),
+            #[cfg(target_os = "linux")]
+            Bus::Ethercat(segment) => segment.nudge_ns(),
         }
     }
 }

@@ -135,7 +135,7 @@ fn parse_fault(text: &str) -> Result<FaultArg, String> {
     Ok(FaultArg { faults, per_mille, seed: seed.transpose()? })
 }
 
-fn parse_pdo(text: &str) -> Result<u16, String> {
+pub(super) fn parse_pdo(text: &str) -> Result<u16, String> {
     let digits = text.trim_start_matches("0x").trim_end_matches(['h', 'H']);
     u16::from_str_radix(digits, 16)
         .map_err(|_| format!("a PDO is a hexadecimal number as 1A08, given `{text}`"))
@@ -215,17 +215,17 @@ impl Teller {
         let Change { device, before, after } = change;
         if before.is_on_bus != after.is_on_bus {
             let place = if after.is_on_bus { "is back on the bus" } else { "has left the bus" };
-            self.say(format_args!("robot {device} {place}"));
+            self.say(format_args!("position {device}: {place}"));
         }
         let shown = |standing: Standing| (standing.state, standing.error);
         if shown(before) != shown(after) {
             let (from, to) = (before.state, after.state);
             match after.error {
-                Some(error) => self.say(format_args!("robot {device}: {from} -> {to}, {error}")),
+                Some(error) => self.say(format_args!("position {device}: {from} -> {to}, {error}")),
                 None if from == to => {
-                    self.say(format_args!("robot {device}: {to}, error acknowledged"));
+                    self.say(format_args!("position {device}: {to}, error acknowledged"));
                 }
-                None => self.say(format_args!("robot {device}: {from} -> {to}")),
+                None => self.say(format_args!("position {device}: {from} -> {to}")),
             }
         }
     }
@@ -287,14 +287,20 @@ pub(super) fn run(args: &SimArgs) -> Result<Exit, Failure> {
     if is_down {
         teller.say(format_args!("{interface} is down; ip link set {interface} up"));
     }
+    let mut is_dead = is_down;
     while !interrupted.load(Ordering::Relaxed) {
+        let before = server.counts();
         if let Err(error) = server.step() {
+            is_dead = true;
             let is_transient = raw_socket::is_transient(&error);
             let message = format!("{interface}: {error}");
             if !is_transient {
-                return Err(Failure { exit: Exit::Link, message, is_located: false });
+                return Err(Failure::link(message));
             }
             teller.say(message);
+        } else if is_dead && server.counts() != before {
+            is_dead = false;
+            teller.say(format_args!("{interface} carries frames again"));
         }
         while let Some(change) = server.next_change() {
             teller.tell(change);
@@ -314,14 +320,12 @@ pub(super) fn run(args: &SimArgs) -> Result<Exit, Failure> {
 }
 
 /// An interface that does not exist is a mistake of the command line, the rest is the link's.
-fn refused(error: OpenError) -> Failure {
+pub(super) fn refused(error: OpenError) -> Failure {
     let message = error.to_string();
     match error {
         OpenError::NoSuchInterface { .. } | OpenError::NotEthernet { .. } => {
             Failure::usage(message)
         }
-        OpenError::NotPermitted { .. } | OpenError::System { .. } => {
-            Failure { exit: Exit::Link, message, is_located: false }
-        }
+        OpenError::NotPermitted { .. } | OpenError::System { .. } => Failure::link(message),
     }
 }

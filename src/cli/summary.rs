@@ -100,6 +100,15 @@ fn add_bus(lines: &mut Lines, report: &Report) {
             if cycles.overruns == 1 { "overrun" } else { "overruns" }
         ),
     );
+    let Some(bus) = &report.bus else { return };
+    lines.add("exchange", quantiles(&bus.exchange_us, "us", 1.0));
+    lines.add(
+        "frames",
+        format!("{} lost, {} stray, {} wrong counters", bus.lost, bus.stray, bus.wrong_counter),
+    );
+    if let (Some(drift), Some(worst)) = (bus.clock_drift_ppm, bus.worst_phase_error_us) {
+        lines.add("clock", format!("drift {drift:.1} ppm, worst phase error {worst:.1} us"));
+    }
 }
 
 /// What is known of the robot.

@@ -5,7 +5,7 @@ use std::prelude::v1::*;
 use clap::{Args, ValueEnum};
 
 use super::order::OrderName;
-use crate::sim::meca500::{FittedTool, RobotSettings, VirtualRobot};
+use crate::sim::meca500::{CyclicBus, FittedTool, RobotSettings, VirtualRobot};
 use crate::wire::meca500::revision::Revision;
 
 /// How the virtual robots are built; all of them alike.
@@ -56,9 +56,15 @@ impl From<ToolName> for FittedTool {
 
 /// A virtual robot that has booted, deactivated and not homed. It speaks `order` unless it was told
 /// another.
-pub(super) fn new(args: &SimArgs, order: OrderName, revision: Revision) -> VirtualRobot {
+pub(super) fn new(
+    args: &SimArgs,
+    order: OrderName,
+    revision: Revision,
+    bus: CyclicBus,
+) -> VirtualRobot {
     VirtualRobot::new(RobotSettings {
         revision,
+        bus,
         byte_order: args.sim_byte_order.unwrap_or(order).into(),
         tool: args.sim_tool.unwrap_or(ToolName::Megp25e).into(),
         ..RobotSettings::default()

@@ -11,6 +11,7 @@ use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use super::wording;
 use crate::engine::meca500::Event;
 use crate::link::clock::MonotonicClock;
+use crate::link::ethercat::SegmentEvent;
 use crate::run::drive::{Observer, Progress};
 use crate::run::program::Program;
 use crate::run::runner::Phase;
@@ -31,6 +32,18 @@ pub(super) struct Message {
 enum News {
     Event(Event, Option<usize>),
     Progress(Progress),
+    /// What happened to its connection.
+    Link(SegmentEvent),
+}
+
+/// The bus's end of the channel.
+pub(super) struct LinkWatcher(SyncSender<Message>);
+
+impl LinkWatcher {
+    /// Tells what happened on the bus; left out when nobody keeps up. Does not allocate.
+    pub(super) fn tell(&self, event: SegmentEvent) {
+        let _ = self.0.try_send(Message { robot: event.robot, news: News::Link(event) });
+    }
 }
 
 /// One robot's end of the channel.
@@ -42,13 +55,13 @@ pub(super) struct Watcher {
 }
 
 impl Watcher {
-    /// Watchers of so many robots that report progress once in so many cycles, and the other end of
-    /// their channel, which is open until all of them are gone.
+    /// Watchers of so many robots that report progress once in so many cycles, one of their bus, and the
+    /// other end of their channel, which is open until all of them are gone.
     pub(super) fn all(
         robots: usize,
         interrupted: &Arc<AtomicBool>,
         every_cycles: u64,
-    ) -> (Vec<Self>, Receiver<Message>) {
+    ) -> (Vec<Self>, LinkWatcher, Receiver<Message>) {
         let (sender, receiver) = sync_channel(ROOM * robots);
         let watcher = |robot| Self {
             robot,
@@ -56,7 +69,7 @@ impl Watcher {
             interrupted: Arc::clone(interrupted),
             every_cycles: every_cycles.max(1),
         };
-        ((0..robots).map(watcher).collect(), receiver)
+        ((0..robots).map(watcher).collect(), LinkWatcher(sender.clone()), receiver)
     }
 
     fn tell(&self, news: News) {
@@ -135,6 +148,9 @@ fn draw_bars(receiver: &Receiver<Message>, programs: &[&Program]) {
                     let _ = bars.println(label(robot, programs) + &line);
                 }
             }
+            News::Link(event) => {
+                let _ = bars.println(format!("{}{}", label(robot, programs), event.kind));
+            }
             News::Progress(progress) => {
                 bar.set_position(u64::try_from(progress.step).unwrap_or(u64::MAX));
                 bar.set_prefix(current_line(program, &progress));
@@ -160,6 +176,7 @@ fn draw_lines(receiver: &Receiver<Message>, programs: &[&Program]) {
         };
         let line = match news {
             News::Event(event, step) => wording::event(&event, line_of(program, step)),
+            News::Link(event) => Some(event.kind.to_string()),
             News::Progress(progress) => {
                 let now = clock.now();
                 let is_due = last.is_none_or(|last| now - last >= PLAIN_INTERVAL);

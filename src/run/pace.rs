@@ -94,6 +94,15 @@ impl Grid {
         Self { deadline: start, period: period.max(Duration::from_nanos(1)) }
     }
 
+    /// Moves the deadlines still to come by `ns`; negative is earlier.
+    pub(super) fn nudge(&mut self, ns: i64) {
+        let size = Duration::from_nanos(ns.unsigned_abs());
+        self.deadline = match ns {
+            0.. => self.deadline + size,
+            _ => Instant::ZERO + self.deadline.saturating_duration_since(Instant::ZERO + size),
+        };
+    }
+
     /// Waits for the next deadline that can still be met.
     pub(super) fn next(&mut self, pace: &mut impl Pace) -> Beginning {
         let at = pace.wait_until(self.deadline);
@@ -121,6 +130,21 @@ mod tests {
         fn wait_until(&mut self, deadline: Instant) -> Instant {
             Instant::from_micros(self.0.next().unwrap_or(0)).max(deadline)
         }
+    }
+
+    #[test]
+    fn a_nudge_moves_what_is_to_come() {
+        let mut grid = Grid::new(Instant::ZERO, Duration::from_millis(1));
+        let mut pace = super::SimulatedTime;
+        let begins: std::vec::Vec<u64> = [0, 5_000, -20_000, 0]
+            .into_iter()
+            .map(|nudge| {
+                let at = grid.next(&mut pace).at.as_nanos();
+                grid.nudge(nudge);
+                at
+            })
+            .collect();
+        assert_eq!(begins, [0, 1_000_000, 2_005_000, 2_985_000]);
     }
 
     #[test]

@@ -196,7 +196,11 @@ impl<S: CyclicSegment, P: Pace> Periodic<S, P> {
         for (robot, port) in self.ports.iter().enumerate() {
             self.segment.write_outputs(robot, &port.outputs);
         }
-        self.segment.exchange(now)
+        self.segment.exchange(now)?;
+        if let Some(grid) = &mut self.grid {
+            grid.nudge(self.segment.nudge_ns());
+        }
+        Ok(())
     }
 
     /// Makes the next outputs of a robot the safe image, which is all zero.
@@ -236,6 +240,12 @@ impl<S: CyclicSegment, P: Pace> Periodic<S, P> {
     #[must_use]
     pub const fn segment(&self) -> &S {
         &self.segment
+    }
+
+    /// The segment, when the loop is no longer needed.
+    #[must_use]
+    pub fn into_segment(self) -> S {
+        self.segment
     }
 
     /// The segment, to be reached while the loop stands still.

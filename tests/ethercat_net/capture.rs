@@ -2,17 +2,20 @@
 
 use std::path::PathBuf;
 use std::process::Command;
+use std::thread;
 use std::time::Duration;
+
+use fieldarm::link::ethercat::raw_socket::RawSocket;
+use fieldarm::link::ethercat::wire::Wire;
 
 use crate::namespaces::{Cable, End, INTERFACE, Running, skip};
 
 /// Far longer than the dissector takes.
 const LONG: Duration = Duration::from_secs(60);
-/// What a frame must not be: not as its protocol says, or read with an error.
+/// What a frame must not be: not as its protocol says, or read with an error. Severities are numbers
+/// in a filter; this one is "error".
 const FAULTY: &str =
     "_ws.malformed || ((ecat || ecatf || ecat_mailbox) && _ws.expert.severity == 8388608)";
-/// The severity "error" of the filter above; tshark knows expert severities as numbers only.
-const _ERROR: u32 = 0x0080_0000;
 
 /// A recording of everything on a cable.
 pub(crate) struct Capture {
@@ -38,14 +41,51 @@ impl Capture {
 
     /// Ends the recording: at least `expected` EtherCAT frames passed and every one is well-formed.
     pub(crate) fn check(self, expected: usize) {
-        let (_, said) = self.recorder.interrupt(LONG);
-        let frames = read(&self.file, "ecatf").lines().count();
-        let faulty = read(&self.file, FAULTY);
-        let _ = std::fs::remove_file(&self.file);
-        assert!(frames >= expected, "{frames} frames recorded, not {expected}: {said}");
+        let (frames, faulty) = self.judge();
+        assert!(frames >= expected, "{frames} frames recorded, not {expected}");
         assert_eq!(faulty, "", "frames that tshark finds fault with");
         println!("tshark: {frames} EtherCAT frames, none malformed");
     }
+
+    /// Waits until nothing more is written: frames reach the file some time after the cable.
+    fn settle(&self) {
+        let mut length = None;
+        for _ in 0..40 {
+            let before = length;
+            thread::sleep(Duration::from_millis(500));
+            length = std::fs::metadata(&self.file).ok().map(|file| file.len());
+            if length == before {
+                return;
+            }
+        }
+    }
+
+    /// Ends the recording: the number of EtherCAT frames, and those that are not well-formed.
+    fn judge(self) -> (usize, String) {
+        self.settle();
+        let (_, said) = self.recorder.interrupt(LONG);
+        assert!(said.contains("Packets received/dropped"), "{said}");
+        let frames = read(&self.file, "ecatf").lines().count();
+        let faulty = read(&self.file, FAULTY);
+        let _ = std::fs::remove_file(&self.file);
+        (frames, faulty)
+    }
+}
+
+#[test]
+fn a_malformed_frame_is_found() {
+    let Some(cable) = Cable::plug() else { return };
+    let Some(capture) = Capture::start(&cable, "malformed") else { return };
+    let mut socket = cable.inside(End::Main, LONG, || RawSocket::open(INTERFACE)).expect("opens");
+    let mut frame = [0; 60];
+    frame[..12].fill(0xFF);
+    // BRD of one byte, then one that says it is longer than the frame.
+    frame[12..27].copy_from_slice(&[0x88, 0xA4, 13, 0x10, 7, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0]);
+    socket.send(&frame).expect("sent");
+    frame[22] = 0xFF;
+    socket.send(&frame).expect("sent");
+    let (frames, faulty) = capture.judge();
+    assert_eq!((frames, faulty.lines().count()), (2, 1), "{faulty}");
 }
 
 /// The frames of a recording that a display filter finds, one a line.

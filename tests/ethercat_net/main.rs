@@ -7,7 +7,9 @@
 mod namespaces;
 
 mod capture;
+mod probe;
 mod pysoem;
+mod run;
 mod served;
 mod sim;
 mod socket;

@@ -41,7 +41,7 @@ fn bring_to_op(robots: Robots, more: &[&str]) {
     println!("pysoem {}", said.trim());
     for robot in 0..robots.count {
         for change in ["SAFE-OP -> OP", "OP -> SAFE-OP, 0x001B", "OP -> INIT"] {
-            assert!(served.contains(&format!("robot {robot}: {change}")), "{change}: {served}");
+            assert!(served.contains(&format!("position {robot}: {change}")), "{change}: {served}");
         }
     }
     if let Some(capture) = capture {

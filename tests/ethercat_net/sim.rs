@@ -78,6 +78,7 @@ fn a_link_that_was_down_is_told_and_served_again() {
     serving.wait_for("Network is down", LONG);
     cable.set_up(End::Robots, true);
     assert!(await_robots(&mut socket, Some(1)));
+    serving.wait_for("ecat0 carries frames again", LONG);
     end(serving);
 }
 
@@ -100,9 +101,12 @@ fn a_power_cut_takes_the_robots_off_the_bus_until_they_have_booted() {
     assert!(await_robots(&mut socket, None), "no power, no answer");
     assert!(await_robots(&mut socket, Some(2)), "they boot in five seconds");
     let said = end(serving);
-    for line in
-        ["power cut", "robot 1 has left the bus", "power back", "robot 1 is back on the bus"]
-    {
+    for line in [
+        "power cut",
+        "position 1: has left the bus",
+        "power back",
+        "position 1: is back on the bus",
+    ] {
         assert!(said.contains(line), "{line}: {said}");
     }
 }

@@ -1,5 +1,7 @@
 //! Lines of emulated robots for tests.
 
+#![allow(dead_code, reason = "each test binary uses a part of it")]
+
 use fieldarm::bus::ethercat::meca500::{Meca500Application, Meca500Settings};
 use fieldarm::bus::ethercat::{Settings, SubDevice};
 use fieldarm::link::ethercat::memory::MemoryWire;

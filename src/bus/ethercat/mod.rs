@@ -5,7 +5,8 @@
 //! ```
 //!
 //! Read [`application`] first: what the two halves expect of each other; then [`pass`] and
-//! [`tick`], the two ways in which time reaches [`SubDevice`]s in a row. The ESC itself is in `controller`.
+//! [`tick`], the two ways in which time reaches [`SubDevice`]s in a row. The ESC itself is in
+//! `controller`.
 //!
 //! Invariants: no frame, however broken, makes anything panic; all memory is inside the struct; a
 //! frame that is not whole changes nothing but error counters.

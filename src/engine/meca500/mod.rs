@@ -52,6 +52,7 @@ mod handshake;
 mod inputs;
 mod ledger;
 mod order;
+mod order_evidence;
 mod outputs;
 mod ring;
 mod status;
@@ -63,6 +64,7 @@ pub use action::Action;
 pub use config::{ActionLimits, ByteOrderSetting, CheckpointPolicy, CheckpointRange, Config};
 pub use dynamic::DynamicReading;
 pub use event::{AbortReason, Event, Fault, UnknownCause, VelocityStop, WaitReason};
+pub use order_evidence::{Echo, OrderEvidence, OrderProbe, OrderReading, REALS_READ};
 pub use status::{ConnectionPhase, Statistics, Status};
 pub use ticket::{RequestError, SubmitError, SubscribeError, Ticket};
 

@@ -2,7 +2,8 @@
 //!
 //! Integers: read in the wrong order, FifoSpace exceeds 13,000, the microseconds of the timestamp a
 //! million, a dynamic type 19,999, or the clock jumps. Reals: of the joints and the pose, those that
-//! are finite, of a sensible size and not absurdly small count for an order.
+//! are finite, of a sensible size and not absurdly small count for an order. Each rule for one image
+//! is in `order_evidence.rs`.
 //!
 //! An order is settled when it fits three fresh images in a row and the other one does not fit any of
 //! them (integers), or is ahead by two values or more in each of them (Reals). Both must settle:
@@ -13,6 +14,7 @@
 use super::Engine;
 use super::config::ByteOrderSetting;
 use super::event::{Event, Fault};
+use super::order_evidence::OrderReading;
 use crate::cycle::InputQuality;
 use crate::time::Instant;
 use crate::wire::WireError;
@@ -22,14 +24,9 @@ use crate::wire::order::{
 };
 
 /// Images in a row that settle an order.
-const IN_A_ROW: u8 = 3;
-/// Longest step of the robot's clock between two images, in microseconds.
-const CLOCK_STEP_US: u64 = 60_000_000;
-const FIRST_UNUSED_TYPE: u32 = 20_000;
-const MICROSECONDS: u32 = 1_000_000;
-/// Sizes a coordinate or a joint angle may have; zero says nothing.
-const SENSIBLE: core::ops::RangeInclusive<f32> = 1e-6..=40_000.0;
+pub(super) const IN_A_ROW: u8 = 3;
 
+/// How one order has fared over the images so far.
 #[derive(Clone, Copy, Debug, Default)]
 struct Witness {
     fits: u8,
@@ -38,33 +35,15 @@ struct Witness {
 }
 
 impl Witness {
-    fn see<O: ImageOrder>(&mut self, image: &InputImage<O>) {
-        let time = &image.robot_timestamp;
-        let microseconds = time.microseconds.get();
-        let clock_us = u64::from(time.seconds.get()) * 1_000_000 + u64::from(microseconds);
-        let steady = self
-            .clock_us
-            .is_none_or(|last| clock_us >= last && clock_us.saturating_sub(last) <= CLOCK_STEP_US);
-        let types_known =
-            image.dynamic_data.iter().all(|slot| slot.dynamic_type.get() < FIRST_UNUSED_TYPE);
-        let fits = image.motion_status.fifo_space.get() <= super::FIFO_SPACE_MAX
-            && microseconds < MICROSECONDS
-            && steady
-            && types_known;
-        self.clock_us = (microseconds < MICROSECONDS).then_some(clock_us);
-        (self.fits, self.misfits) = if fits {
+    fn see(&mut self, reading: &OrderReading) {
+        let steady = reading.clock_follows(self.clock_us);
+        self.clock_us = reading.microseconds_fit().then_some(reading.clock_us());
+        (self.fits, self.misfits) = if reading.integers_fit() && steady {
             (self.fits.saturating_add(1), 0)
         } else {
             (0, self.misfits.saturating_add(1))
         };
     }
-}
-
-fn sensible_reals<O: ImageOrder>(image: &InputImage<O>) -> u8 {
-    let pose = &image.target_end_effector_pose;
-    let pose = [&pose.x, &pose.y, &pose.z, &pose.alpha, &pose.beta, &pose.gamma];
-    let reals = image.target_joint_set.joint.iter().chain(pose);
-    reals.fold(0, |count, real| count + u8::from(SENSIBLE.contains(&real.get().abs())))
 }
 
 #[derive(Clone, Copy, Debug, Default)]
@@ -79,28 +58,40 @@ pub(super) struct Detector {
 
 impl Detector {
     /// Takes one fresh image; the order once it is settled.
-    fn see(&mut self, big: &InputImage<Big>, little: &InputImage<Little>) -> Option<ByteOrder> {
-        self.big.see(big);
-        self.little.see(little);
-        let (in_big, in_little) = (sensible_reals(big), sensible_reals(little));
-        self.reals_big = if in_big >= in_little + 2 { self.reals_big.saturating_add(1) } else { 0 };
-        self.reals_little =
-            if in_little >= in_big + 2 { self.reals_little.saturating_add(1) } else { 0 };
-        let integers = if self.big.fits >= IN_A_ROW && self.little.misfits >= IN_A_ROW {
-            Endian::BigEndian
+    pub(super) fn see(
+        &mut self,
+        big: &InputImage<Big>,
+        little: &InputImage<Little>,
+    ) -> Option<ByteOrder> {
+        let (big, little) = (OrderReading::of(big), OrderReading::of(little));
+        self.big.see(&big);
+        self.little.see(&little);
+        let count = |is_ahead, before: u8| if is_ahead { before.saturating_add(1) } else { 0 };
+        self.reals_big = count(big.has_better_reals_than(&little), self.reals_big);
+        self.reals_little = count(little.has_better_reals_than(&big), self.reals_little);
+        Some(ByteOrder { integers: self.integers()?, reals: self.reals()? })
+    }
+
+    /// The order of integers, once it is settled.
+    pub(super) fn integers(&self) -> Option<Endian> {
+        if self.big.fits >= IN_A_ROW && self.little.misfits >= IN_A_ROW {
+            Some(Endian::BigEndian)
         } else if self.little.fits >= IN_A_ROW && self.big.misfits >= IN_A_ROW {
-            Endian::LittleEndian
+            Some(Endian::LittleEndian)
         } else {
-            return None;
-        };
-        let reals = if self.reals_big >= IN_A_ROW {
-            Endian::BigEndian
+            None
+        }
+    }
+
+    /// The order of Reals, once it is settled.
+    pub(super) fn reals(&self) -> Option<Endian> {
+        if self.reals_big >= IN_A_ROW {
+            Some(Endian::BigEndian)
         } else if self.reals_little >= IN_A_ROW {
-            Endian::LittleEndian
+            Some(Endian::LittleEndian)
         } else {
-            return None;
-        };
-        Some(ByteOrder { integers, reals })
+            None
+        }
     }
 }
 

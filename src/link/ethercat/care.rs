@@ -26,7 +26,9 @@ use super::start::{read_status, set_watchdog};
 use crate::time::Duration;
 use crate::wire::ethercat::al::{AlState, AlStatusCode};
 
-/// How long a robot may take to change state. Source: its ESI's limits are 2 s and 9 s.
+/// How long a robot may take to change state: the longer of the limits that main devices grant it.
+///
+/// Source: capture.
 const TRANSITION_LIMIT: Duration = Duration::from_secs(9);
 /// Time between two looks at the state of a robot that is asked to change it.
 const LOOK_AGAIN: Duration = Duration::from_millis(2);
@@ -68,7 +70,9 @@ pub(super) enum CareOutcome {
     Failed { state: AlState, code: AlStatusCode },
     /// Its image is another one now.
     LayoutChanged(LayoutMismatch),
-    /// It has another identity, or its image fits but is not the one before.
+    /// Its image is another one now, though one that could be used.
+    ImageChanged,
+    /// It has another identity.
     AnotherDevice,
 }
 
@@ -181,7 +185,7 @@ impl Carer {
         for layout in [&member.outputs, &member.inputs] {
             match self.layout_of(member, layout.direction()).await? {
                 Ok(now) if now == *layout => {}
-                Ok(_) => return Ok(CareOutcome::AnotherDevice),
+                Ok(_) => return Ok(CareOutcome::ImageChanged),
                 Err(mismatch) => return Ok(CareOutcome::LayoutChanged(mismatch)),
             }
         }

@@ -218,4 +218,21 @@ impl EthercatError {
                 | Self::Protocol { .. }
         )
     }
+    /// The subdevice that it is about, if it is about one.
+    #[must_use]
+    pub const fn position(self) -> Option<u16> {
+        match self {
+            Self::NoSuchPosition { position, .. }
+            | Self::Twice { position }
+            | Self::NotMeca500 { position, .. }
+            | Self::Driven { position }
+            | Self::Layout { position, .. }
+            | Self::Refused { position, .. }
+            | Self::Aborted { position, .. }
+            | Self::Emergency { position, .. }
+            | Self::Replaced { position }
+            | Self::NoClocks { position } => Some(position),
+            _ => None,
+        }
+    }
 }

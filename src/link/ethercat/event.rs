@@ -36,8 +36,12 @@ pub enum EventKind {
         /// Its reason, 0 if it gave none.
         code: AlStatusCode,
     },
-    /// It came back with another image, as after a change of firmware: it is not driven any more.
+    /// It came back with an image that cannot be used, as after a change of firmware: it is not driven
+    /// any more.
     LayoutChanged(LayoutMismatch),
+    /// It came back with another image than before: it is not driven any more until the link is
+    /// started again.
+    ImageChanged,
     /// Another device stands in its place: it is not driven any more.
     AnotherDevice,
     /// It sent an emergency message.
@@ -67,6 +71,9 @@ impl core::fmt::Display for EventKind {
             }
             Self::LayoutChanged(mismatch) => {
                 write!(f, "came back with another image and is left alone: {mismatch}")
+            }
+            Self::ImageChanged => {
+                f.write_str("came back with another image and is left alone: start the link again")
             }
             Self::AnotherDevice => f.write_str("another device stands in its place"),
             Self::Emergency { code, register } => {

@@ -21,7 +21,7 @@ use crate::wire::ethercat::al::AlState;
 /// Groups that a segment can have.
 pub(super) const MAX_GROUPS: usize = MAX_ROBOTS / GROUP_ROBOTS;
 /// What a robot in OP adds to the working counter of an LRW: 1 for inputs, 2 for outputs.
-const PER_ROBOT: u16 = 3;
+pub(super) const PER_ROBOT: u16 = 3;
 
 /// What came back for each group; `None` where no frame did.
 pub(super) type Replies = [Option<GroupReply>; MAX_GROUPS];

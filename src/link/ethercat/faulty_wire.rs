@@ -347,11 +347,12 @@ impl Faults {
                     return None;
                 }
             }
-            Some(WireFault::Reorder) => {
-                if self.hold(direction, frame, now + LONGEST_REORDER, true) {
-                    return None;
-                }
+            Some(WireFault::Reorder)
+                if self.hold(direction, frame, now + LONGEST_REORDER, true) =>
+            {
+                return None;
             }
+            Some(WireFault::Reorder) => {}
             Some(WireFault::Truncate) if length > ETHERNET_HEADER => {
                 return Some(self.random.usize(ETHERNET_HEADER..length));
             }

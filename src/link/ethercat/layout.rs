@@ -6,8 +6,9 @@
 //! the first difference spelled out.
 //!
 //! Invariants: a field is copied from where the robot says it is, or not at all; what must be there
-//! (see [`ESSENTIAL`]) is there. Fields that the robot does not map read as zero.
+//! (`ESSENTIAL` below) is there. Fields that the robot does not map read as zero.
 
+use core::cmp::Reverse;
 use std::vec::Vec;
 
 use crate::wire::meca500::image::pdo::{Pdo, PdoEntry, PdoLayout, Pdos, input_pdos, output_pdos};
@@ -204,12 +205,18 @@ impl Layout {
     ///
     /// The first difference that makes the layout unusable.
     pub fn compare(direction: Direction, entries: &[MappingEntry]) -> Result<Self, LayoutMismatch> {
-        // The numbering that explains most of what is mapped; a tie goes to the newest.
+        // The numbering that explains most of what is mapped. Older firmware numbers some images as
+        // 11.3 does, but has less in them: a tie goes to the one that misses least, then to the newest.
+        // Not to 9.3, which is not driven: what it lacks is to be named.
         let (table, known) = FIRMWARES
             .into_iter()
             .rev()
             .map(|table| (table, direction.entries(table)))
-            .max_by_key(|(_, known)| entries.iter().filter(|entry| entry.is_in(known)).count())
+            .max_by_key(|(table, known)| {
+                let explained = entries.iter().filter(|entry| entry.is_in(known)).count();
+                let fields = known.iter().filter(|(_, ours)| !ours.is_gap()).count();
+                (explained, *table != PdoLayout::V9_3, Reverse(fields))
+            })
             .unwrap_or((PdoLayout::V11_3, Vec::new()));
         let mut layout = Self {
             direction,
@@ -312,7 +319,7 @@ impl Layout {
         let worst = absent
             .iter()
             .filter(is_needed)
-            .max_by_key(|(_, ours)| (is_whole(ours.object), core::cmp::Reverse(ours.image_bit)));
+            .max_by_key(|(_, ours)| (is_whole(ours.object), Reverse(ours.image_bit)));
         if let Some((pdo, ours)) = worst {
             return Err(LayoutMismatch::Missing {
                 direction: self.direction,
@@ -405,7 +412,7 @@ impl Layout {
 
 /// Copies bits; bit 0 is the least significant bit of the first byte. What does not fit is left.
 fn copy_bits(from: &[u8], from_bit: usize, to: &mut [u8], to_bit: usize, bits: usize) {
-    if (from_bit | to_bit | bits) % 8 == 0 {
+    if (from_bit | to_bit | bits).is_multiple_of(8) {
         let source = from.get(from_bit / 8..(from_bit + bits) / 8);
         let target = to.get_mut(to_bit / 8..(to_bit + bits) / 8);
         if let (Some(source), Some(target)) = (source, target) {
@@ -509,10 +516,12 @@ mod tests {
 
     #[test]
     fn one_checkpoint_of_32_bits_is_the_layout_of_10_2() {
-        let mapping = mapping_of(Direction::Inputs, PdoLayout::V10_2);
-        let layout = Layout::compare(Direction::Inputs, &mapping).unwrap();
-        assert_eq!(layout.firmware(), FirmwareLayout::V10_2);
-        assert!(layout.is_equal(), "{layout:?}");
+        for direction in [Direction::Outputs, Direction::Inputs] {
+            let mapping = mapping_of(direction, PdoLayout::V10_2);
+            let layout = Layout::compare(direction, &mapping).unwrap();
+            assert_eq!(layout.firmware(), FirmwareLayout::V10_2);
+            assert!(layout.is_equal(), "{layout:?}");
+        }
     }
 
     #[test]

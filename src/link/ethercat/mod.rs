@@ -27,6 +27,7 @@ mod settings;
 mod single;
 mod start;
 mod statistics;
+mod survey;
 pub mod wire;
 
 pub use borrowed::GroupRobot;
@@ -37,4 +38,5 @@ pub use robot::{RobotFound, SubDeviceFound};
 pub use segment::{EthercatSegment, StartFailure};
 pub use settings::{Assignment, Clocks, MAX_ROBOTS, RobotAddress, RobotChoice, SegmentSettings};
 pub use single::EthercatLink;
-pub use statistics::{ClockFigures, SegmentStatistics};
+pub use statistics::{ClockFigures, SegmentStatistics, WorkingCounter};
+pub use survey::{MappingFound, RobotSurveyed, Survey, release, survey};

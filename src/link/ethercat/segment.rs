@@ -20,7 +20,7 @@ use super::care::{CareKind, CareOutcome, Carer};
 use super::driver::{Driver, FrameCounters, LongTask};
 use super::error::{EthercatError, Step};
 use super::event::{EventKind, EventQueue, SegmentEvent};
-use super::exchange::{Replies, Verdict, exchange_groups, judge};
+use super::exchange::{PER_ROBOT, Replies, Verdict, exchange_groups, judge};
 use super::group::Shared;
 use super::in_flight::NoticeKind;
 use super::monitor::only_dynamic_data;
@@ -28,7 +28,7 @@ use super::pdu_core::PduCore;
 use super::robot::{RobotFound, SubDeviceFound};
 use super::settings::{Clocks, SegmentSettings};
 use super::start::{Started, Starter};
-use super::statistics::{ClockTrack, SegmentStatistics};
+use super::statistics::{ClockTrack, SegmentStatistics, WorkingCounter};
 use super::wire::Wire;
 use crate::cycle::{CyclicSegment, InputQuality};
 use crate::time::{Duration, Instant};
@@ -36,7 +36,7 @@ use crate::wire::ethercat::al::{AlState, AlStatusCode};
 use crate::wire::meca500::image::{INPUT_LEN, OUTPUT_LEN};
 
 /// Attempts to start before the error is told: frames can get lost on the way.
-const START_ATTEMPTS: u32 = 3;
+pub(super) const START_ATTEMPTS: u32 = 3;
 /// Exchanges without an answer of a robot before it counts as gone.
 const GONE_AFTER: u32 = 20;
 /// Time between two looks for a robot that is gone.
@@ -223,7 +223,7 @@ impl<W: Wire> EthercatSegment<W> {
                 return Err(EthercatError::TimedOut { step: Step::Op, sent, received });
             }
             cycles += 1;
-            if cycles % LOOK_EVERY == 0 {
+            if cycles.is_multiple_of(LOOK_EVERY) {
                 let settings = Arc::clone(&self.settings);
                 let mut starter =
                     Starter { driver: &mut self.driver, settings: &settings, deadline };
@@ -279,6 +279,11 @@ impl<W: Wire> EthercatSegment<W> {
         if answered == groups {
             let took = self.driver.now().saturating_duration_since(began);
             self.statistics.record_exchange(took);
+            let counted = replies.iter().flatten().map(|reply| reply.working_counter);
+            let found = counted.fold(0, u16::saturating_add);
+            let robots = u16::try_from(self.robots.len()).unwrap_or(u16::MAX);
+            let expected = robots.saturating_mul(PER_ROBOT);
+            self.statistics.working_counter = Some(WorkingCounter { expected, found });
         } else {
             self.statistics.lost += 1;
         }
@@ -413,6 +418,10 @@ impl<W: Wire> EthercatSegment<W> {
                 tell(EventKind::LayoutChanged(mismatch));
                 robot.condition = Condition::Blocked;
             }
+            CareOutcome::ImageChanged => {
+                tell(EventKind::ImageChanged);
+                robot.condition = Condition::Blocked;
+            }
             CareOutcome::AnotherDevice => {
                 tell(EventKind::AnotherDevice);
                 robot.condition = Condition::Blocked;
@@ -541,7 +550,7 @@ fn limit_of(kind: CareKind) -> Duration {
 }
 
 /// Losses and a watchdog that was not fed in time may go better the next time.
-fn is_worth_another_attempt(error: EthercatError) -> bool {
+pub(super) fn is_worth_another_attempt(error: EthercatError) -> bool {
     match error {
         EthercatError::Refused { code, .. } => code == AlStatusCode::SYNC_MANAGER_WATCHDOG,
         EthercatError::TimedOut { .. }

@@ -157,3 +157,170 @@ impl<W: Wire, A: Application> Server<W, A> {
         None
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::VecDeque;
+
+    use super::*;
+    use crate::bus::ethercat::Settings;
+    use crate::time::Instant;
+    use crate::wire::ethercat::sii::SiiImage;
+    use crate::wire::meca500::subdevice::DESCRIPTION;
+
+    /// Firmware without a mailbox's worth of anything; counts its cycles.
+    struct Firmware {
+        is_on_bus: bool,
+        cycles: u32,
+    }
+
+    impl Application for Firmware {
+        fn receive_mailbox(&mut self, _: AlState, _: &[u8]) {}
+
+        fn next_mailbox(&mut self, _: &mut [u8]) -> Option<usize> {
+            None
+        }
+
+        fn reset_mailbox(&mut self) {}
+
+        fn output_len(&self) -> usize {
+            60
+        }
+
+        fn input_len(&self) -> usize {
+            252
+        }
+
+        fn check_transition(&mut self, _: AlState, _: AlState) -> Result<(), AlStatusCode> {
+            Ok(())
+        }
+
+        fn cycle(&mut self, _: Instant, _: Option<&[u8]>, _: &mut [u8]) {
+            self.cycles += 1;
+        }
+
+        fn is_on_bus(&self) -> bool {
+            self.is_on_bus
+        }
+    }
+
+    /// What will arrive, in order; `None` is an error. Without anything time passes.
+    #[derive(Default)]
+    struct Script {
+        now: Instant,
+        arriving: VecDeque<Option<Vec<u8>>>,
+        sent: Vec<Vec<u8>>,
+    }
+
+    impl Wire for Script {
+        fn send(&mut self, frame: &[u8]) -> io::Result<()> {
+            self.sent.push(frame.to_vec());
+            Ok(())
+        }
+
+        fn receive(&mut self, buffer: &mut [u8], deadline: Instant) -> io::Result<Option<usize>> {
+            match self.arriving.pop_front() {
+                Some(Some(frame)) => {
+                    buffer[..frame.len()].copy_from_slice(&frame);
+                    Ok(Some(frame.len()))
+                }
+                Some(None) => Err(io::ErrorKind::NetworkDown.into()),
+                None => {
+                    self.now = deadline;
+                    Ok(None)
+                }
+            }
+        }
+
+        fn now(&self) -> Instant {
+            self.now
+        }
+
+        fn pause_until(&mut self, deadline: Instant) {
+            self.now = deadline;
+        }
+    }
+
+    fn server(devices: usize) -> Server<Script, Firmware> {
+        let sii = SiiImage::new(&DESCRIPTION).expect("it fits");
+        let device = || {
+            let firmware = Firmware { is_on_bus: true, cycles: 0 };
+            SubDevice::new(firmware, &DESCRIPTION, sii.clone(), Settings::default())
+        };
+        Server::new(Script::default(), (0..devices).map(|_| device()).collect())
+    }
+
+    /// One datagram of two data bytes.
+    fn frame(command: u8, address: [u8; 4], data: [u8; 2]) -> Vec<u8> {
+        let mut frame = vec![0x10; 12];
+        frame.extend([0x88, 0xA4, 14, 0x10, command, 0x55]);
+        frame.extend(address);
+        frame.extend([2, 0, 0, 0]);
+        frame.extend(data);
+        frame.extend([0, 0]);
+        frame
+    }
+
+    #[test]
+    fn a_frame_comes_back_from_all_devices() {
+        let mut server = server(3);
+        server.wire_mut().arriving.push_back(Some(frame(7, [0; 4], [0; 2])));
+        server.step().expect("a frame");
+        let sent = &server.wire().sent[0];
+        assert_eq!(sent[28..], [3, 0], "the working counter");
+        assert_eq!(sent[6] & 2, 2, "marked as passed");
+        let counts = FrameCounts { received: 1, returned: 1, ..FrameCounts::default() };
+        assert_eq!(server.counts(), counts);
+    }
+
+    #[test]
+    fn devices_live_while_no_frames_come_and_while_the_link_is_down() {
+        let mut server = server(1);
+        for _ in 0..10 {
+            server.step().expect("nothing comes");
+        }
+        assert_eq!(server.wire().now(), Instant::ZERO + 10 * TICK);
+        let cycles = server.line()[0].application().cycles;
+        assert!(cycles >= 9, "{cycles}");
+        for _ in 0..10 {
+            server.wire_mut().arriving.push_back(None);
+            let error = server.step().expect_err("the link is down");
+            assert_eq!(error.kind(), io::ErrorKind::NetworkDown);
+        }
+        assert!(server.line()[0].application().cycles >= cycles + 9);
+        assert_eq!(server.counts(), FrameCounts::default());
+    }
+
+    #[test]
+    fn a_damaged_frame_is_lost_and_so_is_one_that_reaches_nobody() {
+        let mut server = server(1);
+        let mut damaged = frame(7, [0; 4], [0; 2]);
+        damaged.truncate(25);
+        server.wire_mut().arriving.push_back(Some(damaged));
+        server.step().expect("a frame");
+        server.line_mut()[0].application_mut().is_on_bus = false;
+        server.wire_mut().arriving.push_back(Some(frame(7, [0; 4], [0; 2])));
+        server.step().expect("a frame");
+        assert_eq!(server.counts(), FrameCounts { received: 2, lost: 2, ..FrameCounts::default() });
+        assert!(server.wire().sent.is_empty());
+    }
+
+    #[test]
+    fn each_change_is_told_once() {
+        let mut server = server(2);
+        assert_eq!(server.next_change(), None);
+        // APWR to AL control of the second device: OP, which INIT does not lead to.
+        let address = [0xFF, 0xFF, 0x20, 0x01];
+        server.wire_mut().arriving.push_back(Some(frame(2, address, [8, 0])));
+        server.step().expect("a frame");
+        let change = server.next_change().expect("it refuses");
+        assert_eq!((change.device, change.before.error), (1, None));
+        assert_eq!(change.after.error, Some(AlStatusCode::INVALID_STATE_CHANGE));
+        assert_eq!(server.next_change(), None);
+        server.line_mut()[0].application_mut().is_on_bus = false;
+        server.step().expect("nothing comes");
+        let change = server.next_change().expect("it left");
+        assert_eq!((change.device, change.after.is_on_bus), (0, false));
+        assert_eq!(server.next_change(), None);
+    }
+}

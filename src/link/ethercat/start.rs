@@ -20,7 +20,7 @@ use super::driver::Driver;
 use super::error::{EthercatError, Step};
 use super::group::{EscSetup, GROUP_ROBOTS, Group, Member, RobotGroup, Shared};
 use super::in_flight::{MailboxNotice, NoticeKind};
-use super::layout::{Direction, Layout, LayoutMismatch};
+use super::layout::{Direction, Layout, LayoutMismatch, MappingEntry};
 use super::register;
 use super::robot::Seat;
 use super::search::{choose, read_states, seat_of, sleep_until};
@@ -48,7 +48,7 @@ const WATCHDOG_STEP: Duration = Duration::from_micros(100);
 
 /// What `ethercrab` sorts the subdevices into.
 #[derive(Default)]
-struct Groups {
+pub(super) struct Groups {
     robots: [Group<PreOp>; MAX_ROBOTS / GROUP_ROBOTS],
     others: SubDeviceGroup<MAX_SUBDEVICES, 1>,
 }
@@ -100,7 +100,7 @@ impl<W: Wire> Starter<'_, W> {
     }
 
     /// The state of each subdevice, in the order of the segment.
-    fn search(
+    pub(super) fn search(
         &mut self,
         main_device: &MainDevice<'_>,
     ) -> Result<Vec<Option<AlState>>, EthercatError> {
@@ -133,7 +133,7 @@ impl<W: Wire> Starter<'_, W> {
     }
 
     /// Addresses, SII and mailboxes of all subdevices.
-    fn pre_op(
+    pub(super) fn pre_op(
         &mut self,
         main_device: &MainDevice<'_>,
         states: &[Option<AlState>],
@@ -176,17 +176,9 @@ impl<W: Wire> Starter<'_, W> {
             if self.settings.clocks != Clocks::Off && !found.has_clock {
                 return Err(EthercatError::NoClocks { position: found.position });
             }
-            let group = groups.robots.get(number);
+            let position = found.position;
             let mut layout = |direction| {
-                let read = async {
-                    let robot = group.ok_or(Error::Internal)?.subdevice(main_device, index)?;
-                    if self.settings.assignment == Assignment::Write {
-                        write_assignment(&robot, direction).await?;
-                    }
-                    read_mapping(&robot, direction).await
-                };
-                let position = found.position;
-                let entries = self.drive(Step::Layout, Some(position), read)?;
+                let entries = self.mapping(main_device, groups, seat, direction)?;
                 Layout::compare(direction, &entries)
                     .map_err(|mismatch| EthercatError::Layout { position, mismatch })
             };
@@ -202,6 +194,29 @@ impl<W: Wire> Starter<'_, W> {
             });
         }
         Ok(members)
+    }
+
+    /// What the robot on `seat` maps in one direction, after the assignment was written if that is
+    /// wanted.
+    pub(super) fn mapping(
+        &mut self,
+        main_device: &MainDevice<'_>,
+        groups: &Groups,
+        seat: &Seat,
+        direction: Direction,
+    ) -> Result<Vec<MappingEntry>, EthercatError> {
+        let place =
+            seat.place.and_then(|(number, index)| Some((groups.robots.get(number)?, index)));
+        let assignment = self.settings.assignment;
+        let read = async {
+            let (group, index) = place.ok_or(Error::Internal)?;
+            let robot = group.subdevice(main_device, index)?;
+            if assignment == Assignment::Write {
+                write_assignment(&robot, direction).await?;
+            }
+            read_mapping(&robot, direction).await
+        };
+        self.drive(Step::Layout, Some(seat.found.position), read)
     }
 
     /// Sync managers, FMMUs, watchdog and clocks of a group; the lengths of its process data.

@@ -17,12 +17,23 @@ pub struct SegmentStatistics {
     pub lost: u64,
     /// Robots and exchanges in which the working counter did not add up.
     pub wrong_counter: u64,
+    /// Working counter of the last exchange whose frames all came back.
+    pub working_counter: Option<WorkingCounter>,
     /// Exchanges that were called for more than half a cycle late.
     pub late: u64,
     /// Time from sending the first frame to having all answers, in ns; lost ones are not in it.
     pub exchange_ns: Histogram<u64>,
     /// The distributed clock against ours; `None` without one.
     pub clock: Option<ClockFigures>,
+}
+
+/// How many read and write accesses the robots took part in, over all frames of an exchange.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct WorkingCounter {
+    /// 3 for each robot.
+    pub expected: u16,
+    /// What came back.
+    pub found: u16,
 }
 
 /// The distributed clock of a segment against the clock that paces the exchanges.
@@ -42,7 +53,15 @@ impl SegmentStatistics {
         let exchange_ns = Histogram::new_with_bounds(1, LONGEST_NS, 3)
             .or_else(|_| Histogram::new(3))
             .unwrap_or_else(|_| unreachable!("three digits are in range"));
-        Self { exchanges: 0, lost: 0, wrong_counter: 0, late: 0, exchange_ns, clock: None }
+        Self {
+            exchanges: 0,
+            lost: 0,
+            wrong_counter: 0,
+            working_counter: None,
+            late: 0,
+            exchange_ns,
+            clock: None,
+        }
     }
 
     pub(super) fn record_exchange(&mut self, took: Duration) {
@@ -62,8 +81,12 @@ pub(super) struct ClockTrack {
     is_settled: bool,
 }
 
+/// More than this is no drift of a quartz, as a share of the time.
+const LARGEST_DRIFT: f64 = 0.01;
+/// What readings may differ by besides, in ns.
+const JUMP_NS: f64 = 5e6;
 /// A phase within this share of a cycle counts as met.
-const SETTLED_SHARE: i64 = 20;
+const SETTLED_SHARE: i64 = 200;
 /// How much of a phase error one cycle takes back.
 const PULL_SHARE: i64 = 8;
 /// Most that a cycle is moved, as a share of it.
@@ -86,9 +109,18 @@ impl ClockTrack {
         reading: ClockReading,
         figures: &mut Option<ClockFigures>,
     ) -> i64 {
+        // A reference that does not answer leaves the zero that was sent.
+        if reading.system_time_ns == 0 {
+            return 0;
+        }
         let (began, began_ns) = *self.first.get_or_insert((now, reading.system_time_ns));
         let ours = now.saturating_duration_since(began).as_nanos() as f64;
         let theirs = reading.system_time_ns.wrapping_sub(began_ns) as f64;
+        if (theirs - ours).abs() > LARGEST_DRIFT * ours + JUMP_NS {
+            // The reference restarted, or another one took its place.
+            self.first = None;
+            return 0;
+        }
         let drift_ppb = if ours > 0.0 { (theirs - ours) / ours * 1e9 } else { 0.0 };
         let phase = i64::try_from(reading.since_sync0.as_nanos()).unwrap_or(0);
         let half = self.cycle_ns / 2;
@@ -108,6 +140,24 @@ impl ClockTrack {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_reference_that_is_gone_or_restarted_does_not_pull() {
+        let mut track = ClockTrack::new(Duration::from_millis(1), Duration::ZERO);
+        let mut figures = None;
+        let mut take = |now_ms: u64, system_time_ns: u64| {
+            let since_sync0 = Duration::from_nanos(system_time_ns % 1_000_000);
+            let reading = ClockReading { system_time_ns, since_sync0 };
+            track.take(Instant::from_millis(now_ms), reading, &mut figures)
+        };
+        assert!(take(1, 500_400_000) != 0);
+        assert_eq!(take(2, 0), 0, "no answer");
+        assert!(take(3, 502_400_000) != 0);
+        assert_eq!(take(4, 400_000), 0, "it began anew");
+        assert!(take(5, 1_400_000) != 0);
+        let drift = figures.unwrap().drift_ppb;
+        assert!(drift.abs() < 1.0, "{drift}");
+    }
 
     #[test]
     fn cycles_are_drawn_to_the_phase_of_a_clock_that_drifts() {
