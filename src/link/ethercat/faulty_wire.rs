@@ -628,6 +628,16 @@ mod tests {
     }
 
     #[test]
+    fn a_fault_of_what_is_received_leaves_what_is_sent_alone() {
+        let mut wire = FaultyWire::new(Echo::default(), WireEnd::MainDevice, FaultPlan::NONE);
+        wire.inject_received(WireFault::Drop);
+        wire.send(&frame(1)).unwrap();
+        assert_eq!((wire.faults_made(), wire.inner().frames.len()), (0, 1));
+        assert_eq!(receive(&mut wire, 1_000), None);
+        assert_eq!(wire.faults_made(), 1);
+    }
+
+    #[test]
     fn a_delayed_frame_comes_by_time_alone() {
         let mut wire = after(WireFault::Delay);
         assert_eq!(receive(&mut wire, 0), None);
