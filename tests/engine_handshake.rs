@@ -317,3 +317,26 @@ fn submit_refuses_what_cannot_be_sent() {
     assert_eq!(engine.queue_space(), 0);
     assert_eq!(engine.submit(move_number(1)), Err(SubmitError::QueueFull));
 }
+
+/// Outputs that were late by a few cycles arrive behind newer ones: were there another MoveID in
+/// those, the old one would be a trigger once more.
+#[test]
+fn after_a_bad_cycle_nothing_new_is_sent_while_old_outputs_may_be_under_way() {
+    let mut bench = Bench::connected(Config { settle_cycles: 6, ..Config::default() });
+    bench.submit_move(1);
+    bench.steps(40);
+    assert_eq!(bench.moves_taken(), [1]);
+    let move_id = bench.outputs.motion_control.move_id.get();
+    bench.quality = fieldarm::cycle::InputQuality::Stale { age_cycles: 1 };
+    bench.step();
+    bench.quality = fieldarm::cycle::InputQuality::Fresh;
+    bench.submit_move(2);
+    for _ in 0..6 {
+        bench.step();
+        assert_eq!(bench.outputs.motion_control.move_id.get(), move_id);
+        assert!(bench.set_point());
+    }
+    bench.step();
+    assert_ne!(bench.outputs.motion_control.move_id.get(), move_id);
+    bench.until(20, |bench| bench.moves_taken() == [1, 2]);
+}

@@ -1,7 +1,7 @@
 //! Checkers that stand apart from engine and robot: they look at the bytes of each cycle and at
 //! the events, and know only the manual's rules of the handshake.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use fieldarm::cycle::InputQuality;
 use fieldarm::engine::meca500::{Event, Ticket};
@@ -338,4 +338,67 @@ impl TicketChecker {
     pub(crate) fn state(&self, ticket: Ticket) -> TicketState {
         self.tickets.get(&ticket).copied().unwrap_or_default()
     }
+}
+
+/// A command as the engine got it: for comparison with what the robot took.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Submitted {
+    pub(crate) ticket: Ticket,
+    pub(crate) id: u32,
+    pub(crate) argument_bits: [u32; 6],
+}
+
+/// What the robot took, compared with what was submitted: each at most once, in order, and every
+/// finished one really taken. Works on commands whose ID and arguments differ.
+pub(crate) fn judge_acceptance(
+    submitted: &[Submitted],
+    tickets: &TicketChecker,
+    witness: &RobotWitness,
+) -> Result<(), String> {
+    // Commands that were submitted twice cannot be told apart.
+    let mut places = BTreeMap::new();
+    let mut twice = BTreeSet::new();
+    for (at, s) in submitted.iter().enumerate() {
+        if places.insert((s.id, s.argument_bits), at).is_some() {
+            twice.insert((s.id, s.argument_bits));
+        }
+    }
+    places.retain(|command, _| !twice.contains(command));
+    // What is not ours: the engine's checkpoints, and what an earlier PLC sent.
+    let order: Vec<usize> =
+        witness.accepted().iter().filter_map(|taken| places.get(taken).copied()).collect();
+    if let Some(pair) = order.windows(2).find(|pair| pair[0] >= pair[1]) {
+        let [first, second] = [pair[0], pair[1]].map(|at| submitted[at]);
+        return Err(format!("the robot took {first:?} and then {second:?}"));
+    }
+    let acknowledged: BTreeSet<_> = witness.acknowledged().iter().copied().collect();
+    for (at, submitted) in submitted.iter().enumerate() {
+        let state = tickets.state(submitted.ticket);
+        let command = (submitted.id, submitted.argument_bits);
+        let is_taken = twice.contains(&command) || order.binary_search(&at).is_ok();
+        let is_acknowledged = acknowledged.contains(&command);
+        if !is_taken && state.end == Some(End::Done) {
+            return Err(format!("{submitted:?} is done, but the robot never took it"));
+        }
+        if !is_acknowledged && state.accepted {
+            return Err(format!("{submitted:?} is accepted, but the robot never returned it"));
+        }
+    }
+    Ok(())
+}
+
+/// Cycles after a told fault in which a trigger bit may fall unconfirmed.
+pub(crate) const EXCUSE_CYCLES: u32 = 4;
+
+/// Events after which a trigger bit may fall without its confirmation.
+pub(crate) fn excuses(event: &Event) -> bool {
+    matches!(
+        event,
+        Event::ActionFailed { .. }
+            | Event::ConnectionLost { .. }
+            | Event::RobotRebooted
+            | Event::MonitoringOnly
+            | Event::Merged { .. }
+            | Event::Fault(_)
+    )
 }

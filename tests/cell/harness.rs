@@ -1,7 +1,6 @@
 //! A cell in simulated time: engine, bus with faults, virtual robot, and the checkers that watch
 //! every cycle. `step()` is one bus cycle; every run is bounded and told by its seed.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
 use fieldarm::cycle::{CyclicLink, InputQuality};
@@ -13,7 +12,10 @@ use fieldarm::wire::meca500::command::MotionCommand;
 use fieldarm::wire::meca500::image::{INPUT_LEN, InputImage, OUTPUT_LEN, OutputImage};
 use fieldarm::wire::order::{Big, BigIntLittleReal, Endian, ImageOrder, Little, LittleIntBigReal};
 
-use crate::checkers::{CycleFacts, End, PlcChecker, RobotWitness, TicketChecker, TicketState};
+use crate::checkers::{
+    CycleFacts, EXCUSE_CYCLES, PlcChecker, RobotWitness, Submitted, TicketChecker, TicketState,
+    excuses, judge_acceptance,
+};
 
 /// Commands that can wait in the engine of a cell.
 pub(crate) const QUEUE: usize = 64;
@@ -51,14 +53,6 @@ pub(crate) fn quick_robot() -> RobotSettings {
     RobotSettings { times, ..RobotSettings::default() }
 }
 
-/// A command as the engine got it: for comparison with what the robot took.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Submitted {
-    pub(crate) ticket: Ticket,
-    pub(crate) id: u32,
-    pub(crate) argument_bits: [u32; 6],
-}
-
 /// Engine, bus and robot, with everything that is known about the run so far.
 #[derive(Clone)]
 pub(crate) struct Cell {
@@ -94,9 +88,6 @@ impl fmt::Debug for Cell {
             .finish_non_exhaustive()
     }
 }
-
-/// Cycles after a told fault in which a trigger bit may fall unconfirmed.
-const EXCUSE_CYCLES: u32 = 4;
 
 impl Cell {
     pub(crate) fn new(setup: Setup) -> Self {
@@ -253,52 +244,10 @@ impl Cell {
         self.quality = InputQuality::Lost;
     }
 
-    /// What the robot took, compared with what was submitted: each at most once, in order, and
-    /// every finished one really taken. Works on commands whose ID and arguments differ.
+    /// What the robot took, compared with what was submitted; see [`judge_acceptance`].
     pub(crate) fn judge_acceptance(&self) {
-        // Commands that were submitted twice cannot be told apart.
-        let mut places = BTreeMap::new();
-        let mut twice = BTreeSet::new();
-        for (at, s) in self.submitted.iter().enumerate() {
-            if places.insert((s.id, s.argument_bits), at).is_some() {
-                twice.insert((s.id, s.argument_bits));
-            }
-        }
-        places.retain(|command, _| !twice.contains(command));
-        // What is not ours: the engine's checkpoints, and what an earlier PLC sent.
-        let order: Vec<usize> =
-            self.witness.accepted().iter().filter_map(|taken| places.get(taken).copied()).collect();
-        if let Some(pair) = order.windows(2).find(|pair| pair[0] >= pair[1]) {
-            let [first, second] = [pair[0], pair[1]].map(|at| self.submitted[at]);
-            panic!("the robot took {first:?} and then {second:?}\n{self:#?}");
-        }
-        let acknowledged: BTreeSet<_> = self.witness.acknowledged().iter().copied().collect();
-        for (at, submitted) in self.submitted.iter().enumerate() {
-            let state = self.state(submitted.ticket);
-            let command = (submitted.id, submitted.argument_bits);
-            let is_taken = twice.contains(&command) || order.binary_search(&at).is_ok();
-            let is_acknowledged = acknowledged.contains(&command);
-            assert!(
-                is_taken || state.end != Some(End::Done),
-                "{submitted:?} is done, but the robot never took it\n{self:#?}"
-            );
-            assert!(
-                is_acknowledged || !state.accepted,
-                "{submitted:?} is accepted, but the robot never returned it\n{self:#?}"
-            );
+        if let Err(problem) = judge_acceptance(&self.submitted, &self.tickets, &self.witness) {
+            panic!("{problem}\n{self:#?}");
         }
     }
-}
-
-/// Events after which a trigger bit may fall without its confirmation.
-fn excuses(event: &Event) -> bool {
-    matches!(
-        event,
-        Event::ActionFailed { .. }
-            | Event::ConnectionLost { .. }
-            | Event::RobotRebooted
-            | Event::MonitoringOnly
-            | Event::Merged { .. }
-            | Event::Fault(_)
-    )
 }

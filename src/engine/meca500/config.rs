@@ -93,7 +93,8 @@ pub struct Config {
     /// Hardware revision: sets the argument limits.
     pub revision: Revision,
     /// Cycles of zeros before the connection counts as made, and before an unacknowledged command
-    /// of a lost connection is judged. Must cover the longest time a frame may be under way.
+    /// of a lost connection is judged, and after any bad cycle before the next command is sent. Must
+    /// cover the longest time a frame may be under way.
     pub settle_cycles: u16,
     /// Cycles the arming "no movement" command waits for its echo before real commands follow; an
     /// echo ends the wait at once. Must cover one way to the robot.

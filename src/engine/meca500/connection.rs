@@ -63,6 +63,7 @@ impl<const QUEUE: usize> Engine<QUEUE> {
         if self.trust(quality, inputs) {
             self.bad_cycles = 0;
             self.live(inputs);
+            self.overtaken = self.overtaken.saturating_sub(1);
             self.actions.count_low(&self.outputs);
         } else {
             self.bad(quality);
@@ -266,6 +267,7 @@ impl<const QUEUE: usize> Engine<QUEUE> {
     fn bad(&mut self, quality: InputQuality) {
         self.bad_cycles = self.bad_cycles.saturating_add(1);
         self.statistics.bad_cycles += 1;
+        self.overtaken = self.config.settle_cycles.max(1);
         if self.bad_cycles >= self.config.velocity_bad_cycles_limit.max(1).into() {
             self.end_velocity(VelocityStop::InputsBad);
         }

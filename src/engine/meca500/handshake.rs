@@ -18,6 +18,9 @@
 //! image again holds "no movement" under the acknowledged MoveID: a robot that triggers when it should
 //! not (after a reboot, say) executes nothing.
 //!
+//! After a bad cycle nothing new is sent for `settle_cycles`, though the echo may be there: outputs
+//! that did not arrive may still be under way, and behind newer ones an old MoveID would be a trigger.
+//!
 //! Invariants: from sending to the echo MoveID, ID and arguments do not change; one MoveID is given
 //! to one command; a new MoveID differs from 0, from the echo and from the one before; a command is
 //! written to the image once and never again.
@@ -321,6 +324,8 @@ impl<const QUEUE: usize> Engine<QUEUE> {
                 }
                 self.close_port();
             } else {
+                // It may have been taken away on a suspicion.
+                self.outputs.set_point(true);
                 self.port = Port::Open;
             }
             self.accepted(&sent, inputs);
@@ -550,7 +555,10 @@ impl<const QUEUE: usize> Engine<QUEUE> {
         if self.in_flight.is_some() {
             return;
         }
-        let Some(owner) = self.choose(inputs) else {
+        // Outputs that were lost may come late, behind newer ones: as long as they hold the newest
+        // command, a robot takes them for what it has already.
+        let is_held = self.overtaken > 0 && self.port == Port::Open;
+        let Some(owner) = (if is_held { None } else { self.choose(inputs) }) else {
             if self.port == Port::Open {
                 self.outputs.idle_command();
             }

@@ -125,6 +125,8 @@ pub struct Engine<const QUEUE: usize = 64> {
     order: Option<ByteOrder>,
     phase: connection::Phase,
     bad_cycles: u32,
+    /// Fresh cycles for which outputs of before a bad one may still be under way.
+    overtaken: u16,
     port: handshake::Port,
     /// Cycles whose image had SetPoint 0.
     set_point_low: u16,
@@ -169,6 +171,7 @@ impl<const QUEUE: usize> Engine<QUEUE> {
             cycles: 0,
             phase: connection::Phase::Offline,
             bad_cycles: 0,
+            overtaken: 0,
             set_point_low: 0,
             inputs: Inputs::default(),
             outputs: outputs::Outputs::default(),

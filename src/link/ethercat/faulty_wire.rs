@@ -150,6 +150,7 @@ struct Faults {
     made: u32,
     last: Option<WireFault>,
     injected: Option<WireFault>,
+    injected_received: Option<WireFault>,
     down_until: Option<Instant>,
     /// Whether the reader was told of the link that is down.
     is_told: bool,
@@ -171,6 +172,7 @@ impl<W: Wire> FaultyWire<W> {
             made: 0,
             last: None,
             injected: None,
+            injected_received: None,
             down_until: None,
             is_told: false,
             power_cycle: false,
@@ -213,6 +215,11 @@ impl<W: Wire> FaultyWire<W> {
         self.faults.injected = Some(fault);
     }
 
+    /// The next frame that is received meets `fault`; what is sent before it goes by the plan.
+    pub const fn inject_received(&mut self, fault: WireFault) {
+        self.faults.injected_received = Some(fault);
+    }
+
     /// Whether the robots lost their power since this was asked last. Who holds the robots switches
     /// them off and on again.
     pub const fn take_power_cycle(&mut self) -> bool {
@@ -241,9 +248,13 @@ impl<W: Wire> FaultyWire<W> {
 }
 
 impl Faults {
-    /// The fault that the next frame meets.
-    fn draw(&mut self) -> Option<WireFault> {
-        let drawn = match self.injected.take() {
+    /// The fault that the frame in hand meets.
+    fn draw(&mut self, direction: Direction) -> Option<WireFault> {
+        let received = match direction {
+            Direction::Received => self.injected_received.take(),
+            Direction::Sent => None,
+        };
+        let drawn = match received.or_else(|| self.injected.take()) {
             Some(fault) => Some(fault),
             None if self.plan.limit.is_some_and(|limit| self.made >= limit) => None,
             None => {
@@ -324,7 +335,7 @@ impl Faults {
     /// What becomes of `frame` at `now`: its length if it passes, maybe changed.
     fn pass(&mut self, direction: Direction, frame: &mut [u8], now: Instant) -> Option<usize> {
         let length = frame.len();
-        match self.draw() {
+        match self.draw(direction) {
             None => {}
             Some(WireFault::Drop) => return None,
             Some(WireFault::Duplicate) => {
@@ -614,6 +625,16 @@ mod tests {
         assert_eq!(receive(&mut doubled, 0), Some(frame(1)));
         assert_eq!(receive(&mut doubled, 0), Some(frame(1)));
         assert_eq!(receive(&mut doubled, 1_000), None);
+    }
+
+    #[test]
+    fn a_fault_of_what_is_received_leaves_what_is_sent_alone() {
+        let mut wire = FaultyWire::new(Echo::default(), WireEnd::MainDevice, FaultPlan::NONE);
+        wire.inject_received(WireFault::Drop);
+        wire.send(&frame(1)).unwrap();
+        assert_eq!((wire.faults_made(), wire.inner().frames.len()), (0, 1));
+        assert_eq!(receive(&mut wire, 1_000), None);
+        assert_eq!(wire.faults_made(), 1);
     }
 
     #[test]

@@ -1,0 +1,19 @@
+//! What every link owes the engine, in one suite that runs for each of them, in simulated time; and
+//! a hundred faults in one life of the EtherCAT link. Read `contract.rs` first.
+#![cfg(all(feature = "ethercat", feature = "sim"))]
+
+mod cell;
+#[path = "../cell/checkers.rs"]
+mod checkers;
+mod contract;
+mod direct;
+mod ethercat;
+mod faults;
+mod faults_of_four;
+mod layouts;
+mod losses;
+mod one_way;
+mod plc;
+mod restarts;
+mod stream;
+mod watched;
