@@ -366,7 +366,11 @@ fn a_start_survives_lost_frames() {
     use fieldarm::link::ethercat::faulty_wire::{FaultPlan, FaultyWire, WireEnd, WireFault};
     for seed in 0..8 {
         let plan = FaultPlan {
-            chances: vec![(WireFault::Drop, 10), (WireFault::Truncate, 5), (WireFault::Duplicate, 5)],
+            chances: vec![
+                (WireFault::Drop, 10),
+                (WireFault::Truncate, 5),
+                (WireFault::Duplicate, 5),
+            ],
             seed,
             limit: None,
         };

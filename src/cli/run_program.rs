@@ -42,6 +42,8 @@ const OWN_CHECKPOINTS: [u16; 4] = [1_000, 500, 100, 20];
 const SIMULATED_PROGRESS_CYCLES: u64 = 4_096;
 /// Microseconds between two looks at the progress in real time.
 const REAL_PROGRESS_US: u64 = 200_000;
+/// Longest time that a frame may be under way on a network interface: in the queues of a busy machine.
+const LONGEST_DELAY: Duration = Duration::from_millis(25);
 /// Two signals closer than this are one wish to end the run.
 const SECOND_SIGNAL_AFTER: Duration = Duration::from_millis(300);
 
@@ -394,6 +396,13 @@ fn config(args: &RunArgs, program: &Program) -> Result<Config, Failure> {
         Failure::internal("no checkpoint numbers are free, though the program was checked for it")
     })?;
     let defaults = Config::default();
+    // A frame that waited in a queue may still arrive; without a bus none waits.
+    let longest_delay = match args.link {
+        LinkChoice::Sim => Duration::ZERO,
+        LinkChoice::EthercatSim | LinkChoice::Ethercat { .. } => LONGEST_DELAY,
+    };
+    let delay_cycles = longest_delay.as_micros().div_ceil(u128::from(args.cycle_us));
+    let delay_cycles = u16::try_from(delay_cycles).unwrap_or(u16::MAX);
     Ok(Config {
         byte_order: match args.byte_order.fixed() {
             Some(order) => ByteOrderSetting::Fixed(order),
@@ -403,6 +412,7 @@ fn config(args: &RunArgs, program: &Program) -> Result<Config, Failure> {
         // Completion of every single line is worth more here than the last command per second.
         checkpoints: CheckpointPolicy::EachCommand,
         checkpoint_range: CheckpointRange { first, last },
+        settle_cycles: defaults.settle_cycles.max(delay_cycles),
         // The runner refreshes a velocity in every cycle; a late one must not stop the motion.
         velocity_dead_man: defaults.velocity_dead_man.max(4 * Duration::from_micros(args.cycle_us)),
         ..defaults

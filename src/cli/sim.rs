@@ -11,6 +11,7 @@ use super::order::OrderName;
 use super::run_program::{RevisionName, catch_interrupts};
 use super::virtual_robot::ToolName;
 use crate::bus::ethercat::meca500::{Meca500Application, Meca500Settings};
+use crate::cycle::CyclicDevice;
 use crate::link::ethercat::faulty_wire::{FaultPlan, FaultyWire, WireEnd, WireFault};
 use crate::link::ethercat::raw_socket::{self, OpenError, RawSocket};
 use crate::link::ethercat::serve::{Change, Server, Standing};
@@ -235,6 +236,8 @@ impl Teller {
 struct Power {
     cut_at: Option<Instant>,
     back_at: Option<Instant>,
+    /// Which robots have not been reset since their power came back.
+    waits_for_reset: Vec<bool>,
 }
 
 impl Power {
@@ -260,6 +263,16 @@ impl Power {
             for robot in server.line_mut() {
                 robot.application_mut().device_mut().panel().switch_on();
             }
+            self.waits_for_reset = vec![true; server.line().len()];
+        }
+        // Somebody at the cell presses Reset as soon as a robot has booted: without that its motors get
+        // no power.
+        for (robot, waits) in server.line_mut().iter_mut().zip(&mut self.waits_for_reset) {
+            let robot = robot.application_mut().device_mut();
+            if *waits && robot.is_on_bus() {
+                *waits = false;
+                robot.panel().press_reset();
+            }
         }
     }
 }
@@ -275,6 +288,7 @@ pub(super) fn run(args: &SimArgs) -> Result<Exit, Failure> {
     let mut power = Power {
         cut_at: args.power_cycle_after.map(|s| socket.now() + Duration::from_secs(s)),
         back_at: None,
+        waits_for_reset: Vec::new(),
     };
     let wire = FaultyWire::new(socket, WireEnd::Subdevices, plan(&args.fault));
     let mut server = Server::new(wire, line);

@@ -107,7 +107,7 @@ fn a_robot_that_demands_its_assignment_gets_it() {
 #[test]
 fn lost_and_doubled_frames_cost_time_only() {
     let Some(cable) = Cable::plug() else { return };
-    let faults = ["--fault", "drop:10:3,duplicate:10,corrupt:1,truncate:5"];
+    let faults = ["--fault", "drop:10:3,duplicate:10,truncate:5"];
     let serving = serve(&cable, Robots::ONE, &faults);
     let program = program("faults", PROGRAM);
     let (code, said) = ended(run(&cable, &program, &["--link", &link()]));
