@@ -87,9 +87,13 @@ fn over_a_cable(is_quick: bool) {
     if let Err(reason) = &python {
         println!("No pysoem: {reason}.");
     }
-    println!("One exchange over a pair of virtual interfaces, from outputs in hand to inputs in hand.");
+    println!(
+        "One exchange over a pair of virtual interfaces, from outputs in hand to inputs in hand."
+    );
     println!("Main device and served robots: {}.", placement.told);
-    println!("The raw socket sends the frame that ours sends; its time is that of the kernel and the robots.");
+    println!(
+        "The raw socket sends the frame that ours sends; its time is that of the kernel and the robots."
+    );
     for case in cases(is_quick) {
         let mut outcome = rounds::run(&cable, &placement, case, python.as_ref());
         report::print(case, &mut outcome);

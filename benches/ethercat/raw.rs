@@ -5,9 +5,7 @@ use std::os::fd::{AsRawFd, OwnedFd};
 use std::time::{Duration, Instant};
 
 use rustix::net::sockopt::{Timeout, set_socket_timeout};
-use rustix::net::{
-    AddressFamily, Protocol, RecvFlags, SendFlags, SocketType, recv, send, socket,
-};
+use rustix::net::{AddressFamily, Protocol, RecvFlags, SendFlags, SocketType, recv, send, socket};
 
 use crate::beat::{Beat, Exchanged, Figures};
 use crate::frame::Frame;
@@ -19,7 +17,12 @@ const ETHERTYPE: u16 = 0x88A4;
 const PATIENCE: Duration = Duration::from_millis(100);
 
 /// Sends `frame` in each cycle to `robots` robots that are in OP.
-pub(crate) fn run(interface: &str, frame: &Frame, robots: usize, beat: Beat) -> io::Result<Figures> {
+pub(crate) fn run(
+    interface: &str,
+    frame: &Frame,
+    robots: usize,
+    beat: Beat,
+) -> io::Result<Figures> {
     let socket = open(interface)?;
     let mut buffer = [0; 1514];
     Ok(beat.keep(|| {

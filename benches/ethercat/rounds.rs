@@ -125,7 +125,8 @@ pub(crate) fn python() -> Result<PathBuf, String> {
         tried.is_ok_and(|tried| tried.status.success())
     };
     candidates.find(is_able).ok_or_else(|| {
-        "it needs pysoem: python3 -m venv target/pysoem; target/pysoem/bin/pip install pysoem".into()
+        "it needs pysoem: python3 -m venv target/pysoem; target/pysoem/bin/pip install pysoem"
+            .into()
     })
 }
 

@@ -5,9 +5,7 @@ use std::time::{Duration, Instant};
 use ethercrab::error::Error;
 use ethercrab::std::{ethercat_now, tx_rx_task};
 use ethercrab::subdevice_group::{NoDc, Op};
-use ethercrab::{
-    DefaultLock, MainDevice, MainDeviceConfig, PduStorage, SubDeviceGroup, Timeouts,
-};
+use ethercrab::{DefaultLock, MainDevice, MainDeviceConfig, PduStorage, SubDeviceGroup, Timeouts};
 
 use crate::beat::{Beat, Exchanged, Figures};
 
