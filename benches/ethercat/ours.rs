@@ -106,9 +106,8 @@ pub(crate) fn frame(interface: &str, period: Duration) -> Result<Frame, String> 
 
 /// Brings all robots to OP, cycles, and leaves them there.
 pub(crate) fn run(interface: &str, beat: Beat) -> Result<Figures, String> {
-    let period = Duration::try_from(beat.period).map_err(|error| error.to_string())?;
     let socket = RawSocket::open(interface).map_err(|error| error.to_string())?;
-    let mut cell = Cell::start(socket, period)?;
+    let mut cell = Cell::start(socket, beat.period)?;
     let figures = beat.keep(|| cell.exchange());
     drop(cell.segment.abandon());
     Ok(figures)

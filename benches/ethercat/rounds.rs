@@ -231,9 +231,7 @@ fn play_part(words: &[&str]) -> Result<(), String> {
     let beat = Beat { period, warm_up: number(warm_up)?, cycles: number(cycles)? };
     match (*part, frame) {
         ("frame", _) => {
-            let period = fieldarm::time::Duration::try_from(period);
-            let frame = ours::frame(INTERFACE, period.map_err(|error| error.to_string())?)?;
-            println!("frame {}", frame.to_hex());
+            println!("frame {}", ours::frame(INTERFACE, period)?.to_hex());
         }
         ("ours", [frame]) => {
             let frame = Frame::from_hex(frame).ok_or("no frame")?;
