@@ -64,7 +64,12 @@ pub(crate) fn print(case: Case, outcome: &mut Outcome) {
         let ratio = of / to;
         let verdict = if ratio <= at_most { "reached" } else { "missed" };
         let verdict = if case.beat.period.as_micros() == 1000 { verdict } else { "for 1 ms" };
-        println!("  {what:<20}{ratio:>6.2}   at most {at_most:.1}: {verdict}");
+        print!("  {what:<20}{ratio:>6.2}   at most {at_most:.1}: {verdict}");
+        // What the kernel and the robots alone take of the other's time: nobody gets below.
+        match value(&Contender::Raw).map(|raw| raw / to) {
+            Some(floor) if floor < 1.0 => println!(" (raw itself {floor:.2})"),
+            _ => println!(),
+        }
     }
     for mishap in &outcome.mishaps {
         println!("  failed in a round: {mishap}");
