@@ -60,17 +60,17 @@ fn cases(is_quick: bool) -> Vec<rounds::Case> {
     };
     if is_quick {
         vec![
-            case(1, 1000, 400, 3, true),
-            case(4, 1000, 400, 2, true),
-            case(1, 250, 1000, 2, false),
-            case(4, 250, 1000, 2, false),
+            case(1, 1000, 200, 6, true),
+            case(4, 1000, 200, 4, true),
+            case(1, 250, 500, 4, false),
+            case(4, 250, 500, 4, false),
         ]
     } else {
         vec![
-            case(1, 1000, 1000, 8, true),
-            case(4, 1000, 1000, 8, true),
-            case(1, 250, 2000, 8, true),
-            case(4, 250, 2000, 8, true),
+            case(1, 1000, 500, 16, true),
+            case(4, 1000, 500, 16, true),
+            case(1, 250, 1000, 16, true),
+            case(4, 250, 1000, 16, true),
         ]
     }
 }

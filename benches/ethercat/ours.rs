@@ -104,6 +104,11 @@ pub(crate) fn frame(interface: &str, period: Duration) -> Result<Frame, String> 
     Ok(cell.segment.wire().last())
 }
 
+/// Brings all robots to OP and leaves them there.
+pub(crate) fn bring_to_op(interface: &str, period: Duration) -> Result<(), String> {
+    frame(interface, period).map(drop)
+}
+
 /// Brings all robots to OP, cycles, and leaves them there.
 pub(crate) fn run(interface: &str, beat: Beat) -> Result<Figures, String> {
     let socket = RawSocket::open(interface).map_err(|error| error.to_string())?;

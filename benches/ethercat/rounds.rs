@@ -5,7 +5,6 @@
 //! baseline cannot; it goes on with the robots that our link has left in OP, in the same process.
 
 use std::collections::BTreeMap;
-use std::io;
 use std::path::PathBuf;
 use std::process::Command;
 use std::time::Duration;
@@ -139,7 +138,7 @@ pub(crate) fn run(
 ) -> Outcome {
     let serving = serve(cable, placement, case.robots);
     let mut outcome = Outcome::default();
-    let said = play(cable, placement, &format!("frame {}", arguments(case)));
+    let said = ended(&mut player(cable, placement, &format!("frame {}", arguments(case))));
     let found = said.and_then(|said| {
         let line = said.lines().find_map(|line| line.strip_prefix("frame "));
         line.and_then(Frame::from_hex).ok_or(said)
@@ -151,19 +150,28 @@ pub(crate) fn run(
             return outcome;
         }
     }
-    for _ in 0..case.rounds {
-        let part = format!("ours {} {}", arguments(case), outcome.frame.to_hex());
-        let said = play(cable, placement, &part);
-        outcome.take(said, &[Contender::Ours, Contender::Raw]);
+    for round in 0..case.rounds {
+        // Every second round runs backwards, so that nobody always follows the same one.
+        let is_backward = round % 2 == 1;
+        let link = if is_backward { "raw-ours" } else { "ours-raw" };
+        let link = format!("{link} {} {}", arguments(case), outcome.frame.to_hex());
+        let mut turns: Vec<(&[Contender], Command)> = Vec::new();
+        turns.push((&[Contender::Ours, Contender::Raw], player(cable, placement, &link)));
         if case.has_foreign {
-            let said = play(cable, placement, &format!("stock {}", arguments(case)));
-            outcome.take(said, &[Contender::Stock]);
+            let stock = format!("stock {}", arguments(case));
+            turns.push((&[Contender::Stock], player(cable, placement, &stock)));
             if let Ok(python) = python {
                 let mut command = placement.command(cable, End::Main, &python.to_string_lossy());
                 command.args(["benches/peers/pysoem_cycle.py", INTERFACE]);
                 command.args(arguments(case).split(' '));
-                outcome.take(ended(&mut command), &[Contender::Pysoem]);
+                turns.push((&[Contender::Pysoem], command));
             }
+        }
+        if is_backward {
+            turns.reverse();
+        }
+        for (contenders, mut command) in turns {
+            outcome.take(ended(&mut command), contenders);
         }
     }
     let (status, said) = serving.interrupt(LONG);
@@ -203,11 +211,12 @@ fn serve(cable: &Cable, placement: &Placement, robots: usize) -> Running {
     serving
 }
 
-/// Runs this program again to play `part`.
-fn play(cable: &Cable, placement: &Placement, part: &str) -> Result<String, String> {
-    let program = std::env::current_exe().map_err(|error| error.to_string())?;
+/// This program again, to play `part`.
+fn player(cable: &Cable, placement: &Placement, part: &str) -> Command {
+    let program = std::env::current_exe().unwrap_or_else(|_| "ethercat".into());
     let mut command = placement.command(cable, End::Main, &program.to_string_lossy());
-    ended(command.env(PART, part))
+    command.env(PART, part);
+    command
 }
 
 fn ended(command: &mut Command) -> Result<String, String> {
@@ -233,14 +242,24 @@ fn play_part(words: &[&str]) -> Result<(), String> {
         ("frame", _) => {
             println!("frame {}", ours::frame(INTERFACE, period)?.to_hex());
         }
-        ("ours", [frame]) => {
-            let frame = Frame::from_hex(frame).ok_or("no frame")?;
+        ("ours-raw", [frame]) => {
             ours::run(INTERFACE, beat)?.print(Contender::Ours.name());
-            let figures = raw::run(INTERFACE, &frame, robots, beat);
-            figures.map_err(|error: io::Error| error.to_string())?.print(Contender::Raw.name());
+            play_raw(frame, robots, beat)?;
+        }
+        ("raw-ours", [frame]) => {
+            ours::bring_to_op(INTERFACE, period)?;
+            play_raw(frame, robots, beat)?;
+            ours::run(INTERFACE, beat)?.print(Contender::Ours.name());
         }
         ("stock", _) => stock::run(INTERFACE, robots, beat)?.print(Contender::Stock.name()),
         _ => return Err(format!("no part {part}")),
     }
+    Ok(())
+}
+
+fn play_raw(frame: &str, robots: usize, beat: Beat) -> Result<(), String> {
+    let frame = Frame::from_hex(frame).ok_or("no frame")?;
+    let figures = raw::run(INTERFACE, &frame, robots, beat).map_err(|error| error.to_string())?;
+    figures.print(Contender::Raw.name());
     Ok(())
 }
