@@ -28,6 +28,6 @@ mod sub_device;
 mod sync_manager;
 mod watchdog;
 
-pub use segment::{Passage, pass, tick};
+pub use segment::{Passage, act, carry, pass, tick};
 pub use settings::Settings;
 pub use sub_device::SubDevice;

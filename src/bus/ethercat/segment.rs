@@ -35,6 +35,14 @@ pub fn tick<A: Application>(now: Instant, line: &mut [SubDevice<A>]) {
 /// Passes a frame, which starts at the Ethernet header and leaves the main device at `now`, through
 /// the devices of `line` and back, and lets them act on it. `now` must not go backwards.
 pub fn pass<A: Application>(now: Instant, frame: &mut [u8], line: &mut [SubDevice<A>]) -> Passage {
+    let passage = carry(now, frame, line);
+    act(now, line);
+    passage
+}
+
+/// Passes a frame as [`pass`] does, and leaves it to [`act`] what its firmware makes of it: an ESC
+/// sends a frame on before its firmware has seen it. [`act`] comes before the next frame.
+pub fn carry<A: Application>(now: Instant, frame: &mut [u8], line: &mut [SubDevice<A>]) -> Passage {
     tick(now, line);
     let (reached, passage) = reach(line);
     let Some(reached) = line.get_mut(..reached).filter(|reached| !reached.is_empty()) else {
@@ -57,10 +65,14 @@ pub fn pass<A: Application>(now: Instant, frame: &mut [u8], line: &mut [SubDevic
     if marks {
         mark_as_passed(frame);
     }
-    for device in reached {
+    passage
+}
+
+/// Lets the firmware of all devices act on the frame that was carried last.
+pub fn act<A: Application>(now: Instant, line: &mut [SubDevice<A>]) {
+    for device in line.iter_mut().filter(|device| device.is_on_bus()) {
         device.react(now);
     }
-    passage
 }
 
 /// Tells each device whether another one is behind it.

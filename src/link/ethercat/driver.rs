@@ -196,24 +196,37 @@ impl<W: Wire> Driver<W> {
         self.is_outside_the_cycle = false;
         let mut has_ended = turn.poll(&mut context);
         self.send_pending();
-        // What is still under way from earlier belongs to the task.
-        self.resend_overdue();
-        let outcome = task.as_mut().and_then(|future| {
-            self.time.set(self.wire.now());
-            match future.as_mut().poll(&mut context) {
-                Poll::Ready(outcome) => Some(outcome),
-                Poll::Pending => None,
-            }
-        });
-        if outcome.is_some() {
-            *task = None;
-        }
-        self.send_pending();
+        let outcome = self.advance(task, &mut context);
+        // To look for frames to send means to touch every place of the storage: only where a poll
+        // may have left one.
         while !has_ended && self.receive_one(deadline) {
             has_ended = turn.poll(&mut context);
-            self.send_pending();
+            if !has_ended {
+                self.send_pending();
+            }
         }
         (has_ended, outcome)
+    }
+
+    /// Polls `task`, if there is one, and sends what it has to say; its outcome if it has ended.
+    fn advance<T>(
+        &mut self,
+        task: &mut Option<LongTask<T>>,
+        context: &mut Context<'_>,
+    ) -> Option<T> {
+        let future = task.as_mut()?;
+        // What is still under way from earlier belongs to the task.
+        self.resend_overdue();
+        self.time.set(self.wire.now());
+        let polled = future.as_mut().poll(context);
+        self.send_pending();
+        match polled {
+            Poll::Ready(outcome) => {
+                *task = None;
+                Some(outcome)
+            }
+            Poll::Pending => None,
+        }
     }
 
     /// Forgets the cycle's frames: what waited for them is gone. Those of a long task stay.

@@ -1,7 +1,7 @@
 //! The parts of `ethercrab` that a segment needs for its whole life, kept for the next one.
 //!
 //! `ethercrab` hands out frames that borrow their storage, and a link that owned both would borrow
-//! from itself. So the storage lives as long as the process (25 kB each), and a pool keeps what a
+//! from itself. So the storage lives as long as the process (13 kB each), and a pool keeps what a
 //! dropped segment gave back: as many exist as segments were ever open at once.
 
 use std::prelude::v1::*;
@@ -15,8 +15,9 @@ use ethercrab::{
 
 use super::wire::MAX_FRAME;
 
-/// Frames that can be under way at once. A power of two, as `ethercrab` asks.
-pub(super) const FRAMES: usize = 16;
+/// Frames that can be under way at once: one of each group and one of a long task. A power of two, as
+/// `ethercrab` asks, and no larger than needed, because it looks at each place and uses them in turns.
+pub(super) const FRAMES: usize = 8;
 
 /// Rounds in which the clocks are drawn together before the start, when clocks are used.
 const STATIC_SYNC_ROUNDS: u32 = 1_000;

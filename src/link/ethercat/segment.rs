@@ -263,22 +263,22 @@ impl<W: Wire> EthercatSegment<W> {
             deadline,
             &mut self.task,
         );
-        self.count(began, &replies);
+        let ended = self.driver.now();
+        self.count(began, ended, &replies);
         self.take_replies(&replies);
         if let Some(outcome) = outcome {
-            self.take_outcome(outcome);
+            self.take_outcome(outcome, ended);
         }
         self.take_notice();
-        self.look_after();
+        self.look_after(ended);
     }
 
-    fn count(&mut self, began: Instant, replies: &Replies) {
+    fn count(&mut self, began: Instant, ended: Instant, replies: &Replies) {
         let groups = self.shared.groups.len();
         let answered = replies.iter().take(groups).filter(|reply| reply.is_some()).count();
         self.statistics.exchanges += 1;
         if answered == groups {
-            let took = self.driver.now().saturating_duration_since(began);
-            self.statistics.record_exchange(took);
+            self.statistics.record_exchange(ended.saturating_duration_since(began));
             let counted = replies.iter().flatten().map(|reply| reply.working_counter);
             let found = counted.fold(0, u16::saturating_add);
             let robots = u16::try_from(self.robots.len()).unwrap_or(u16::MAX);
@@ -373,9 +373,8 @@ impl<W: Wire> EthercatSegment<W> {
     }
 
     /// What came of the task for a robot.
-    fn take_outcome(&mut self, outcome: CareOutcome) {
+    fn take_outcome(&mut self, outcome: CareOutcome, now: Instant) {
         let Some(Care { robot: number, kind, .. }) = self.care.take() else { return };
-        let now = self.driver.now();
         let Some(robot) = self.robots.get_mut(number) else { return };
         let mut tell = |kind| self.events.push(number, kind);
         match outcome {
@@ -430,15 +429,14 @@ impl<W: Wire> EthercatSegment<W> {
     }
 
     /// Ends a task that does not advance, and gives the next robot that needs one a task.
-    fn look_after(&mut self) {
-        let now = self.driver.now();
+    fn look_after(&mut self, now: Instant) {
         if let Some(care) = &self.care {
             if now < care.give_up_at {
                 return;
             }
             self.task = None;
             self.driver.forget_task();
-            self.take_outcome(CareOutcome::Silent);
+            self.take_outcome(CareOutcome::Silent, now);
         }
         let count = self.robots.len();
         let wanting = (0..count)

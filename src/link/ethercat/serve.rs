@@ -13,7 +13,7 @@ use std::prelude::v1::*;
 
 use super::wire::{MAX_FRAME, Wire};
 use crate::bus::ethercat::application::Application;
-use crate::bus::ethercat::{Passage, SubDevice, pass, tick};
+use crate::bus::ethercat::{Passage, SubDevice, act, carry, tick};
 use crate::time::Duration;
 use crate::wire::ethercat::al::{AlState, AlStatusCode};
 
@@ -136,11 +136,13 @@ impl<W: Wire, A: Application> Server<W, A> {
         };
         self.counts.received += 1;
         let Some(frame) = self.buffer.get_mut(..length) else { return Ok(()) };
-        match pass(now, frame, &mut self.line) {
+        // As an ESC does: the frame goes back before the firmware has seen it.
+        match carry(now, frame, &mut self.line) {
             Passage::Returned if self.wire.send(frame).is_ok() => self.counts.returned += 1,
             Passage::Returned => self.counts.unsent += 1,
             Passage::Lost => self.counts.lost += 1,
         }
+        act(now, &mut self.line);
         Ok(())
     }
 
