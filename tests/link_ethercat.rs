@@ -381,3 +381,82 @@ fn a_start_survives_lost_frames() {
         }
     }
 }
+
+#[test]
+fn a_robot_that_moves_up_is_not_taken_for_the_one_that_left() {
+    let mut bus = Bus::start(line(2), SegmentSettings::default());
+    bus.until_fresh(1, 3);
+    // The second robot comes to the first place, as on a junction whose first branch closes.
+    bus.segment.wire_mut().line_mut().swap(0, 1);
+    let first = bus.segment.wire_mut().line_mut()[1].application_mut().device_mut();
+    first.panel().switch_off();
+    for _ in 0..3_000 {
+        bus.cycle();
+        assert_ne!(bus.quality(0), InputQuality::Fresh, "that is the other robot");
+    }
+    assert_eq!(bus.quality(1), InputQuality::Fresh, "it was left alone");
+    assert_eq!(bus.events(), [(0, EventKind::Gone)]);
+}
+
+#[test]
+fn a_robot_that_fell_need_not_wait_for_one_that_restarts() {
+    let mut bus = Bus::start(line(3), SegmentSettings::default());
+    bus.until_fresh(2, 3);
+    let power = |bus: &mut Bus, is_on: bool| {
+        let robot = bus.segment.wire_mut().line_mut()[2].application_mut().device_mut();
+        if is_on { robot.panel().switch_on() } else { robot.panel().switch_off() }
+    };
+    power(&mut bus, false);
+    for _ in 0..100 {
+        bus.cycle();
+    }
+    power(&mut bus, true);
+    let returned = (0..20_000).any(|_| {
+        bus.cycle();
+        bus.events().contains(&(2, EventKind::Returned))
+    });
+    assert!(returned);
+    // In the middle of its restart the others fall.
+    for _ in 0..200 {
+        bus.cycle();
+    }
+    bus.now += Duration::from_millis(300);
+    bus.cycle();
+    assert!(bus.until_fresh(0, 300) + bus.until_fresh(1, 300) < 300);
+    assert_ne!(bus.quality(2), InputQuality::Fresh, "still on its way");
+    bus.until_fresh(2, 20_000);
+}
+
+#[test]
+fn a_restart_is_finished_at_slow_cycles_too() {
+    let settings = SegmentSettings::with_cycle(Duration::from_millis(50));
+    let mut bus = Bus::start(line(1), settings);
+    let panel = |bus: &mut Bus, is_on: bool| {
+        let robot = bus.segment.wire_mut().line_mut()[0].application_mut().device_mut();
+        if is_on { robot.panel().switch_on() } else { robot.panel().switch_off() }
+    };
+    let slow = |bus: &mut Bus| {
+        bus.now += Duration::from_millis(50);
+        bus.segment.exchange(bus.now).unwrap();
+    };
+    panel(&mut bus, false);
+    (0..50).for_each(|_| slow(&mut bus));
+    panel(&mut bus, true);
+    let is_back = (0..12_000).any(|_| {
+        slow(&mut bus);
+        bus.quality(0).is_fresh()
+    });
+    assert!(is_back, "{:?}", bus.events());
+}
+
+#[test]
+fn settings_that_contradict_themselves_are_refused() {
+    let zero = SegmentSettings { cycle: Duration::ZERO, ..SegmentSettings::default() };
+    let impatient = SegmentSettings { reply_limit: Duration::ZERO, ..SegmentSettings::default() };
+    let shift = Duration::from_millis(1);
+    let late = SegmentSettings { clocks: Clocks::Sync0 { shift }, ..SegmentSettings::default() };
+    for settings in [zero, impatient, late] {
+        let error = EthercatSegment::start(line(1), settings).err().unwrap().error;
+        assert!(matches!(error, EthercatError::Settings(_)), "{error}");
+    }
+}

@@ -4,6 +4,7 @@ use core::fmt;
 use std::prelude::v1::*;
 
 use super::order::OrderName;
+use crate::link::ethercat::RobotAddress;
 
 /// What `--link` takes, for messages about what it does not.
 const CHOICES: &str = "sim, ethercat-sim and ethercat:IFACE[:POSITION]";
@@ -21,8 +22,8 @@ pub(super) enum LinkChoice {
     Ethercat {
         /// Name of the interface.
         interface: String,
-        /// Which subdevice of the segment, from 0; `None` means the first robots there are.
-        position: Option<u16>,
+        /// Which subdevice of the segment; `None` means the first robots there are.
+        position: Option<RobotAddress>,
     },
 }
 
@@ -84,12 +85,18 @@ impl LinkChoice {
 }
 
 /// All digits, so that `+1` is as wrong as `-1`.
-fn parse_position(text: &str) -> Result<u16, String> {
+fn parse_position(text: &str) -> Result<RobotAddress, String> {
+    if let Some(alias) = text.strip_prefix("alias=") {
+        return match alias.parse() {
+            Ok(alias) if alias != 0 => Ok(RobotAddress::Alias(alias)),
+            _ => Err(format!("`{alias}` is no alias: a number from 1 to {}", u16::MAX)),
+        };
+    }
     let is_number = !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
-    text.parse().ok().filter(|_| is_number).ok_or_else(|| {
+    text.parse().ok().filter(|_| is_number).map(RobotAddress::Position).ok_or_else(|| {
         format!(
             "`{text}` is no position on the segment: a number from 0 to {}, counted from the \
-             interface",
+             interface, or alias=N",
             u16::MAX
         )
     })
@@ -101,9 +108,14 @@ impl fmt::Display for LinkChoice {
             Self::Sim => f.write_str("sim"),
             Self::EthercatSim => f.write_str("ethercat-sim"),
             Self::Ethercat { interface, position: None } => write!(f, "ethercat:{interface}"),
-            Self::Ethercat { interface, position: Some(position) } => {
-                write!(f, "ethercat:{interface}:{position}")
-            }
+            Self::Ethercat { interface, position: Some(position) } => match position {
+                RobotAddress::Position(position) => {
+                    write!(f, "ethercat:{interface}:{position}")
+                }
+                RobotAddress::Alias(alias) => {
+                    write!(f, "ethercat:{interface}:alias={alias}")
+                }
+            },
         }
     }
 }
@@ -119,8 +131,9 @@ mod tests {
             ("sim", LinkChoice::Sim),
             ("ethercat-sim", LinkChoice::EthercatSim),
             ("ethercat:eth0", ethercat(None)),
-            ("ethercat:eth0:0", ethercat(Some(0))),
-            ("ethercat:eth0:65535", ethercat(Some(65_535))),
+            ("ethercat:eth0:0", ethercat(Some(RobotAddress::Position(0)))),
+            ("ethercat:eth0:65535", ethercat(Some(RobotAddress::Position(65_535)))),
+            ("ethercat:eth0:alias=7", ethercat(Some(RobotAddress::Alias(7)))),
         ];
         for (text, choice) in choices {
             assert_eq!(LinkChoice::parse(text), Ok(choice.clone()), "{text}");
@@ -148,6 +161,8 @@ mod tests {
             ("ethercat:eth0:x", "`x` is no position"),
             ("ethercat:eth0:-1", "`-1` is no position"),
             ("ethercat:eth0:+1", "`+1` is no position"),
+            ("ethercat:eth0:alias=0", "`0` is no alias: a number from 1 to 65535"),
+            ("ethercat:eth0:alias=x", "`x` is no alias"),
             ("ethercat:eth0:65536", "`65536` is no position"),
             ("ethercat:eth0:1:2", "`1:2` is no position"),
             ("ethercat:e t", "`e t` cannot be the name of a network interface"),

@@ -226,6 +226,9 @@ impl RunArgs {
     }
 }
 
+/// While a link is opened: an interrupt ends the process at once.
+static NOTHING_MOVES: AtomicBool = AtomicBool::new(false);
+
 /// One robot of the run, and what becomes of it.
 struct Robot<'p> {
     source: &'p Source,
@@ -253,6 +256,8 @@ pub(super) fn run(args: &RunArgs) -> Result<Exit, Failure> {
     directories.iter().flatten().try_for_each(|directory| report_files::prepare(directory))?;
     let count = usize::from(args.robots);
     let interrupted = catch_interrupts()?;
+    // Nothing moves yet, so whoever interrupts now need not wait.
+    NOTHING_MOVES.store(true, Ordering::Relaxed);
     let segment = open_segment(Opening {
         link: &args.link,
         robots: count,
@@ -260,7 +265,9 @@ pub(super) fn run(args: &RunArgs) -> Result<Exit, Failure> {
         ethercat: &args.ethercat,
         sim: &args.sim,
         revision: args.revision.into(),
+        is_quiet: args.quiet,
     })?;
+    NOTHING_MOVES.store(false, Ordering::Relaxed);
     // One program serves all robots.
     let of_robots = sources.iter().cycle().take(count).enumerate();
     let mut robots: Vec<Robot<'_>> = of_robots
@@ -268,10 +275,16 @@ pub(super) fn run(args: &RunArgs) -> Result<Exit, Failure> {
         .collect::<Result<_, _>>()?;
     let period = Duration::from_micros(args.cycle_us);
     let mut periodic = Periodic::over_segment::<Engine<QUEUE>>(segment, args.pace(), period);
-    let (outcomes, wall_time) = drive_robots(args, &mut robots, &mut periodic, &interrupted)?;
+    let driven = drive_robots(args, &mut robots, &mut periodic, &interrupted);
+    if driven.is_err() {
+        periodic.segment_mut().close();
+    }
+    let (outcomes, wall_time) = driven?;
 
     let figures = periodic.segment().figures();
     let bus = figures.map(|(statistics, frames)| ReportedBus::new(statistics, frames));
+    // Before anything slow: without outputs the watchdogs of the robots run.
+    periodic.segment_mut().close();
     let (mut told, mut exits, mut failures) = (Vec::new(), Vec::new(), Vec::new());
     let places = periodic.ports().iter().zip(&directories);
     for (number, ((robot, outcome), (port, directory))) in
@@ -314,7 +327,6 @@ pub(super) fn run(args: &RunArgs) -> Result<Exit, Failure> {
         });
         told.push((report, files.unwrap_or_default()));
     }
-    periodic.into_segment().close();
     print(&match &told[..] {
         [(report, files)] => summary::of_one(report, files),
         several => summary::of_several(several),
@@ -382,7 +394,7 @@ pub(super) fn catch_interrupts() -> Result<Arc<AtomicBool>, Failure> {
         let since_first = now - *first.get_or_insert(now);
         flag.store(true, Ordering::Relaxed);
         // A terminal that is closed sends more than one; nobody meant the second.
-        if since_first > SECOND_SIGNAL_AFTER {
+        if NOTHING_MOVES.load(Ordering::Relaxed) || since_first > SECOND_SIGNAL_AFTER {
             process::exit(Exit::Interrupted as i32);
         }
     })

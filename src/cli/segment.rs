@@ -1,6 +1,7 @@
 //! The segment that a run drives, behind whichever link was chosen.
 
 use core::convert::Infallible;
+use std::io::Write;
 use std::prelude::v1::*;
 
 use super::emulated_robot::{Presentation, emulated};
@@ -19,7 +20,7 @@ use crate::link::ethercat::memory::MemoryWire;
 use crate::link::ethercat::raw_socket::RawSocket;
 use crate::link::ethercat::wire::Wire;
 use crate::link::ethercat::{
-    EthercatError, EthercatSegment, FrameCounters, RobotAddress, RobotChoice, SegmentStatistics,
+    EthercatError, EthercatSegment, FrameCounters, RobotChoice, SegmentStatistics,
 };
 use crate::run::outcome::LinkMessage;
 use crate::sim::meca500::{CyclicBus, VirtualRobot};
@@ -32,6 +33,8 @@ type Emulation = MemoryWire<Meca500Application<VirtualRobot>>;
 
 /// Any of the segments a run can drive. A cycle costs one `match`, and no memory.
 enum Bus {
+    /// Left.
+    Closed,
     /// Virtual robots without a bus.
     Direct(DirectSegment<VirtualRobot>),
     /// Virtual robots behind the whole EtherCAT stack, joined in memory.
@@ -56,6 +59,7 @@ pub(super) struct Opening<'a> {
     pub(super) ethercat: &'a EthercatOptions,
     pub(super) sim: &'a SimArgs,
     pub(super) revision: Revision,
+    pub(super) is_quiet: bool,
 }
 
 /// Opens the segment with so many robots on it, ready for its first exchange.
@@ -80,8 +84,13 @@ pub(super) fn open_segment(opening: Opening<'_>) -> Result<Segment, Failure> {
         #[cfg(target_os = "linux")]
         LinkChoice::Ethercat { interface, position } => {
             let socket = RawSocket::open(interface).map_err(refused)?;
+            if socket.is_down() {
+                return Err(Failure::link(format!(
+                    "--link {link}: the interface is down: ip link set {interface} up"
+                )));
+            }
             let choice = match position {
-                Some(position) => RobotChoice::These(vec![RobotAddress::Position(*position)]),
+                Some(position) => RobotChoice::These(vec![*position]),
                 None => RobotChoice::First(robots),
             };
             Bus::Ethercat(start(socket, opening, choice)?)
@@ -102,9 +111,32 @@ fn start<W: Wire>(
     robots: RobotChoice,
 ) -> Result<Box<EthercatSegment<W>>, Failure> {
     let settings = opening.ethercat.settings(robots, opening.cycle_us);
-    EthercatSegment::start(wire, settings)
+    let say = |text: String| {
+        if !opening.is_quiet {
+            // Nobody reads standard error any more: the run goes on.
+            let _ = writeln!(std::io::stderr(), "{text}");
+        }
+    };
+    if !opening.link.is_in_process() {
+        say(format!("{}: bringing the robots to OP", opening.link));
+    }
+    let segment = EthercatSegment::start(wire, settings)
         .map(Box::new)
-        .map_err(|failure| Failure::link(format!("--link {}: {}", opening.link, failure.error)))
+        .map_err(|failure| Failure::link(format!("--link {}: {}", opening.link, failure.error)))?;
+    for (number, robot) in (1..).zip(segment.robots()) {
+        for layout in [&robot.outputs, &robot.inputs] {
+            let missing: Vec<String> =
+                layout.missing().iter().map(|object| format!("{object:04X}h")).collect();
+            if !missing.is_empty() {
+                say(format!(
+                    "robot {number}: its {} are laid out by name; not mapped, so read as 0: {}",
+                    layout.direction(),
+                    missing.join(", ")
+                ));
+            }
+        }
+    }
+    Ok(segment)
 }
 
 impl Segment {
@@ -116,7 +148,7 @@ impl Segment {
     /// Which firmware's image a robot has, as far as the bus tells.
     pub(super) fn firmware(&self, robot: usize) -> FirmwareLayout {
         let robots = match &self.bus {
-            Bus::Direct(_) => return FirmwareLayout::default(),
+            Bus::Closed | Bus::Direct(_) => return FirmwareLayout::default(),
             Bus::EthercatSim(segment) => segment.robots(),
             #[cfg(target_os = "linux")]
             Bus::Ethercat(segment) => segment.robots(),
@@ -127,7 +159,7 @@ impl Segment {
     /// What the frames were like; `None` without a bus.
     pub(super) fn figures(&self) -> Option<(&SegmentStatistics, FrameCounters)> {
         match &self.bus {
-            Bus::Direct(_) => None,
+            Bus::Closed | Bus::Direct(_) => None,
             Bus::EthercatSim(segment) => Some((segment.statistics(), segment.frames())),
             #[cfg(target_os = "linux")]
             Bus::Ethercat(segment) => Some((segment.statistics(), segment.frames())),
@@ -135,9 +167,9 @@ impl Segment {
     }
 
     /// Leaves the bus: the robots are asked for INIT.
-    pub(super) fn close(self) {
-        match self.bus {
-            Bus::Direct(_) => {}
+    pub(super) fn close(&mut self) {
+        match core::mem::replace(&mut self.bus, Bus::Closed) {
+            Bus::Closed | Bus::Direct(_) => {}
             Bus::EthercatSim(segment) => drop(segment.close()),
             #[cfg(target_os = "linux")]
             Bus::Ethercat(segment) => drop(segment.close()),
@@ -165,6 +197,7 @@ impl CyclicSegment for Segment {
 
     fn robot_count(&self) -> usize {
         match &self.bus {
+            Bus::Closed => 0,
             Bus::Direct(segment) => segment.robot_count(),
             Bus::EthercatSim(segment) => segment.robot_count(),
             #[cfg(target_os = "linux")]
@@ -174,6 +207,7 @@ impl CyclicSegment for Segment {
 
     fn write_outputs(&mut self, robot: usize, outputs: &[u8]) {
         match &mut self.bus {
+            Bus::Closed => {}
             Bus::Direct(segment) => segment.write_outputs(robot, outputs),
             Bus::EthercatSim(segment) => segment.write_outputs(robot, outputs),
             #[cfg(target_os = "linux")]
@@ -184,6 +218,7 @@ impl CyclicSegment for Segment {
     fn exchange(&mut self, now: Instant) -> Result<(), LinkMessage> {
         let watcher = self.watcher.as_ref();
         match &mut self.bus {
+            Bus::Closed => Ok(()),
             Bus::Direct(segment) => {
                 segment.exchange(now).map_err(|error: Infallible| match error {})
             }
@@ -199,6 +234,7 @@ impl CyclicSegment for Segment {
 
     fn read_inputs(&self, robot: usize, inputs: &mut [u8]) -> InputQuality {
         match &self.bus {
+            Bus::Closed => InputQuality::Lost,
             Bus::Direct(segment) => segment.read_inputs(robot, inputs),
             Bus::EthercatSim(segment) => segment.read_inputs(robot, inputs),
             #[cfg(target_os = "linux")]
@@ -208,7 +244,7 @@ impl CyclicSegment for Segment {
 
     fn nudge_ns(&self) -> i64 {
         match &self.bus {
-            Bus::Direct(_) => 0,
+            Bus::Closed | Bus::Direct(_) => 0,
             Bus::EthercatSim(segment) => segment.nudge_ns(),
             #[cfg(target_os = "linux")]
             Bus::Ethercat(segment) => segment.nudge_ns(),

@@ -242,12 +242,6 @@ impl<S: CyclicSegment, P: Pace> Periodic<S, P> {
         &self.segment
     }
 
-    /// The segment, when the loop is no longer needed.
-    #[must_use]
-    pub fn into_segment(self) -> S {
-        self.segment
-    }
-
     /// The segment, to be reached while the loop stands still.
     pub const fn segment_mut(&mut self) -> &mut S {
         &mut self.segment

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 use std::process::Command;
 
+use crate::capture::Capture;
 use crate::namespaces::{Cable, End, INTERFACE, Running};
 use crate::served::{LONG, Robots, can_go_first, end, serve};
 
@@ -64,6 +65,7 @@ fn a_program_runs_on_one_robot_in_either_byte_order() {
 #[test]
 fn four_robots_with_clocks_run_on_one_segment() {
     let Some(cable) = Cable::plug() else { return };
+    let capture = Capture::start(&cable, "run-four");
     let serving = serve(&cable, Robots::FOUR, &[]);
     let program = program("four", PROGRAM);
     let arguments = ["--link", &link(), "--robots", "4", "--clocks"];
@@ -74,6 +76,9 @@ fn four_robots_with_clocks_run_on_one_segment() {
     }
     assert!(said.contains("clock            drift"), "{said}");
     end(serving);
+    if let Some(capture) = capture {
+        capture.check(2_000);
+    }
 }
 
 #[test]

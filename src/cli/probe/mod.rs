@@ -22,7 +22,7 @@ use super::run_program::catch_interrupts;
 use super::sim::refused;
 use crate::link::ethercat::raw_socket::RawSocket;
 use crate::link::ethercat::wire::Wire;
-use crate::link::ethercat::{Assignment, EthercatError, RobotAddress, RobotChoice};
+use crate::link::ethercat::{Assignment, EthercatError, RobotChoice};
 use crate::time::Duration;
 use line::LineArgs;
 use observe::{Plan, observe};
@@ -87,7 +87,7 @@ pub(super) fn run(args: &ProbeArgs) -> Result<Exit, Failure> {
             ));
         }
         LinkChoice::Ethercat { position: Some(position), .. } => {
-            RobotChoice::These(vec![RobotAddress::Position(*position)])
+            RobotChoice::These(vec![*position])
         }
         LinkChoice::EthercatSim | LinkChoice::Ethercat { .. } => RobotChoice::All,
     };

@@ -557,12 +557,14 @@ impl<const QUEUE: usize> Engine<QUEUE> {
         }
         // Outputs that were lost may come late, behind newer ones: as long as they hold the newest
         // command, a robot takes them for what it has already.
-        let is_held = self.overtaken > 0 && self.port == Port::Open;
+        let is_held = self.overtaken > 0 && matches!(self.port, Port::Open | Port::Arming { .. });
         let Some(owner) = (if is_held { None } else { self.choose(inputs) }) else {
             if self.port == Port::Open {
                 self.outputs.idle_command();
             }
-            if let Port::Arming { fresh } = self.port {
+            if let Port::Arming { fresh } = self.port
+                && !is_held
+            {
                 self.port = Port::Arming { fresh: fresh.saturating_add(1) };
             }
             return;

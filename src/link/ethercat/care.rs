@@ -24,6 +24,7 @@ use super::settings::{Assignment, Clocks, SegmentSettings};
 use super::start::{read_status, set_watchdog};
 use crate::time::Duration;
 use crate::wire::ethercat::al::{AlState, AlStatusCode};
+use crate::wire::ethercat::identity::Identity;
 use crate::wire::ethercat::register;
 use crate::wire::ethercat::sii::word;
 
@@ -39,6 +40,7 @@ const SII_TO_MAIN_DEVICE: u16 = 0;
 /// Words of the SII.
 const SII_VENDOR: u16 = word::VENDOR;
 const SII_PRODUCT: u16 = word::VENDOR + 2;
+const SII_SERIAL: u16 = word::VENDOR + 6;
 /// Looks at the SII before it counts as stuck.
 const SII_LOOKS: u32 = 1_000;
 
@@ -52,8 +54,10 @@ const SYNC0_ON: u8 = 0x03;
 pub(super) enum CareOutcome {
     /// The robot's state and reason, as far as it answers.
     Seen { state: Option<AlState>, code: AlStatusCode },
-    /// Something answers at the robot's position.
+    /// A device without a station address answers at the robot's position: it has just restarted.
     Answers,
+    /// The robot is where it was, with the address it was given.
+    InSight,
     /// Nothing answers.
     Silent,
     /// OP was asked for and reached.
@@ -113,10 +117,12 @@ impl Carer {
     }
 
     async fn find(&self, member: &Member) -> Result<CareOutcome, Error> {
-        Command::aprd(member.position, register::AL_STATUS)
-            .receive::<u16>(self.main_device())
-            .await?;
-        Ok(CareOutcome::Answers)
+        Ok(match self.station_at(member.position).await? {
+            0 => CareOutcome::Answers,
+            station if station == member.station => CareOutcome::InSight,
+            // Another one has moved up to this position; it is somebody else's.
+            _ => CareOutcome::Silent,
+        })
     }
 
     /// Acknowledges what the robot complains about and asks for OP.
@@ -160,14 +166,24 @@ impl Carer {
     /// Everything that the start did, for this robot alone.
     async fn restore(&self, member: &Member) -> Result<CareOutcome, Error> {
         let main_device = self.main_device();
-        Command::apwr(member.position, register::STATION_ADDRESS)
-            .send_receive::<u16>(main_device, member.station)
-            .await?;
-        let vendor = self.read_sii(member.station, SII_VENDOR).await?;
-        let product = self.read_sii(member.station, SII_PRODUCT).await?;
-        if (vendor, product) != (member.identity.vendor, member.identity.product) {
+        let position = member.position;
+        let station = self.station_at(position).await?;
+        if station != 0 && station != member.station {
+            return Ok(CareOutcome::Silent);
+        }
+        // Nothing of a device is changed before it is known to be this one, but who reads its SII.
+        let identity = Identity {
+            vendor: self.read_sii(position, SII_VENDOR).await?,
+            product: self.read_sii(position, SII_PRODUCT).await?,
+            revision: member.identity.revision,
+            serial: self.read_sii(position, SII_SERIAL).await?,
+        };
+        if identity != member.identity {
             return Ok(CareOutcome::AnotherDevice);
         }
+        Command::apwr(position, register::STATION_ADDRESS)
+            .send_receive::<u16>(main_device, member.station)
+            .await?;
         if let Some(failed) =
             self.change(member, AlState::Init, u16::from(register::AL_CONTROL_ACKNOWLEDGE)).await?
         {
@@ -251,24 +267,29 @@ impl Carer {
         Ok(Layout::compare(direction, &entries))
     }
 
-    /// Two words of the SII.
-    async fn read_sii(&self, station: u16, word: u16) -> Result<u32, Error> {
+    /// The station address of whoever stands at `position`.
+    async fn station_at(&self, position: u16) -> Result<u16, Error> {
+        Command::aprd(position, register::STATION_ADDRESS).receive(self.main_device()).await
+    }
+
+    /// Two words of the SII of whoever stands at `position`.
+    async fn read_sii(&self, position: u16, word: u16) -> Result<u32, Error> {
         let main_device = self.main_device();
         for owner in [SII_CANCEL, SII_TO_MAIN_DEVICE] {
-            Command::fpwr(station, register::SII_ACCESS)
+            Command::apwr(position, register::SII_ACCESS)
                 .send_receive::<u16>(main_device, owner)
                 .await?;
         }
         let [low, high] = word.to_le_bytes();
         let [command_low, command_high] = register::SII_COMMAND_READ.to_le_bytes();
-        Command::fpwr(station, register::SII_CONTROL)
+        Command::apwr(position, register::SII_CONTROL)
             .send_receive::<[u8; 6]>(main_device, [command_low, command_high, low, high, 0, 0])
             .await?;
         for _ in 0..SII_LOOKS {
             let control =
-                Command::fprd(station, register::SII_CONTROL).receive::<u16>(main_device).await?;
+                Command::aprd(position, register::SII_CONTROL).receive::<u16>(main_device).await?;
             if control & register::SII_BUSY == 0 {
-                return Command::fprd(station, register::SII_DATA)
+                return Command::aprd(position, register::SII_DATA)
                     .receive::<u32>(main_device)
                     .await;
             }
@@ -279,22 +300,21 @@ impl Carer {
     /// Sets the clock of a robot that comes back to that of the others and starts SYNC0.
     async fn set_clock(&self, member: &Member) -> Result<(), Error> {
         let main_device = self.main_device();
-        let reference = self.shared.members.iter().find(|other| other.station != member.station);
-        let wanted = match reference {
-            Some(other) => {
-                Command::fprd(other.station, register::DC_SYSTEM_TIME)
-                    .receive::<u64>(main_device)
-                    .await?
-            }
-            // Alone, its clock is the reference.
-            None => self.time.now().as_nanos(),
-        };
-        let own = Command::fprd(member.station, register::DC_SYSTEM_TIME)
-            .receive::<u64>(main_device)
-            .await?;
+        let read = |station, register| Command::fprd(station, register).receive::<u64>(main_device);
         let write = |register| Command::fpwr(member.station, register);
+        write(register::DC_ACTIVATION).send_receive::<u8>(main_device, 0_u8).await?;
+        // Alone, its clock is the reference.
+        let mut wanted = self.time.now().as_nanos();
+        for other in self.shared.members.iter().filter(|other| other.station != member.station) {
+            if let Ok(time) = read(other.station, register::DC_SYSTEM_TIME).await {
+                wanted = time;
+                break;
+            }
+        }
+        let own = read(member.station, register::DC_SYSTEM_TIME).await?;
+        let offset = read(member.station, register::DC_OFFSET).await?;
         write(register::DC_OFFSET)
-            .send_receive::<u64>(main_device, wanted.wrapping_sub(own))
+            .send_receive::<u64>(main_device, offset.wrapping_add(wanted).wrapping_sub(own))
             .await?;
         write(register::DC_DELAY).send_receive::<u32>(main_device, member.setup.delay_ns).await?;
         let cycle = u64::try_from(self.settings.cycle.as_nanos()).unwrap_or(u64::MAX).max(1);

@@ -38,6 +38,9 @@ impl core::fmt::Display for Step {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EthercatError {
+    /// The settings contradict themselves.
+    #[error("settings of the segment: {0}")]
+    Settings(&'static str),
     /// No frame came back.
     #[error(
         "no EtherCAT subdevice answers: check the cable (port IN of the first robot), the interface, the \

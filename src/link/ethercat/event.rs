@@ -31,8 +31,8 @@ pub enum EventKind {
     BackInOp,
     /// It could not be brought back this time; the next attempt follows by itself.
     NotYetBack {
-        /// What it refused or failed at.
-        state: AlState,
+        /// State it stays in; `None` when it stopped answering on the way.
+        state: Option<AlState>,
         /// Its reason, 0 if it gave none.
         code: AlStatusCode,
     },
@@ -66,7 +66,10 @@ impl core::fmt::Display for EventKind {
             Self::Gone => f.write_str("does not answer any more"),
             Self::Returned => f.write_str("answers again"),
             Self::BackInOp => f.write_str("back in OP"),
-            Self::NotYetBack { state, code } => {
+            Self::NotYetBack { state: None, .. } => {
+                f.write_str("could not be brought to OP, as answers are missing; trying again")
+            }
+            Self::NotYetBack { state: Some(state), code } => {
                 write!(f, "could not be brought to OP and is in {state} ({code}); trying again")
             }
             Self::LayoutChanged(mismatch) => {

@@ -17,6 +17,8 @@ use crate::time::{Duration, Instant};
 use crate::wire::ethercat::command::Command;
 use crate::wire::ethercat::frame::{Datagram, ETHERNET_HEADER, datagrams};
 
+/// How often a frame is sent again: for 25 s, longer than anybody waits for one.
+const MOST_RESENDS: u32 = 1_000;
 /// Where the source address stands in a frame.
 const SOURCE: core::ops::Range<usize> = 6..12;
 /// The EtherCAT header: length and type. An answer has the same.
@@ -156,6 +158,8 @@ impl InFlight {
         for slot in due.filter(|slot| slot.sent_at + patience <= now) {
             slot.sent_at = now;
             slot.resends = slot.resends.saturating_add(1);
+            // Whoever waited for it has long given up.
+            slot.is_open = slot.resends < MOST_RESENDS;
             if let Some(bytes) = slot.bytes.get(..slot.len) {
                 send(bytes);
             }

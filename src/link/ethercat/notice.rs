@@ -24,6 +24,8 @@ pub(super) struct MailboxNotice {
 pub(super) enum NoticeKind {
     /// An emergency: its error code and the error register (1001h).
     Emergency { code: u16, register: u8 },
+    /// A datagram of another protocol than CoE.
+    Foreign,
     /// The abort of an SDO transfer.
     Abort { index: u16, sub_index: u8, code: u32 },
 }
@@ -41,7 +43,7 @@ pub(super) fn take_notice(frame: &mut [u8]) -> Option<MailboxNotice> {
         }
     }
     let notice = found?;
-    if let NoticeKind::Emergency { .. } = notice.kind {
+    if let NoticeKind::Emergency { .. } | NoticeKind::Foreign = notice.kind {
         frame.get_mut(end - WORKING_COUNTER..end)?.fill(0);
     }
     Some(notice)
@@ -51,11 +53,16 @@ fn notice_of(datagram: &Datagram<'_>) -> Option<MailboxNotice> {
     let Some(Command::Fprd { station, register }) = datagram.command() else { return None };
     let (header, service_data) = MailboxHeader::split(datagram.data)?;
     let is_mailbox = register >= RAM_START && datagram.working_counter != 0;
-    if !is_mailbox || header.protocol != MailboxProtocol::COE {
+    if !is_mailbox {
         return None;
     }
     let (coe, rest) = CoeHeader::split(service_data)?;
     let kind = match (coe.service, rest) {
+        // `ethercrab` takes any protocol's datagram for CoE when it looks for emergencies.
+        (CoeService::EMERGENCY, _) if header.protocol != MailboxProtocol::COE => {
+            NoticeKind::Foreign
+        }
+        _ if header.protocol != MailboxProtocol::COE => return None,
         (CoeService::EMERGENCY, _) => {
             let Emergency { code, register, .. } = Emergency::from_bytes(rest)?;
             NoticeKind::Emergency { code, register }

@@ -55,8 +55,9 @@ enum Condition {
     InOp,
     /// In another state; `seen` is what it was in when last looked at.
     Away { seen: Option<AlState>, is_told: bool },
-    /// Does not answer; `answers` when something does at its position.
-    Gone { answers: bool },
+    /// Does not answer; `answers` when something without an address does at its position, `is_told` when
+    /// that was said.
+    Gone { answers: bool, is_told: bool },
     /// Not driven any more.
     Blocked,
 }
@@ -106,6 +107,8 @@ struct Care {
 pub struct EthercatSegment<W> {
     task: Option<LongTask<CareOutcome>>,
     care: Option<Care>,
+    /// A restart that waits while a robot is helped that needs less.
+    parked: Option<(Care, LongTask<CareOutcome>)>,
     shared: Arc<Shared>,
     robots: Vec<Robot>,
     found: Vec<RobotFound>,
@@ -140,12 +143,17 @@ impl<W: Wire> EthercatSegment<W> {
     ///
     /// Why it cannot be done, with the wire. Losses on the wire are tried three times.
     pub fn start(wire: W, settings: SegmentSettings) -> Result<Self, StartFailure<W>> {
+        if let Some(error) = settings.mistake() {
+            return Err(StartFailure { error, wire });
+        }
         let core = PduCore::take(settings.clocks != Clocks::Off);
         let settings = Arc::new(settings);
         let mut driver = Driver::new(wire, core);
         let mut attempt = 1;
         loop {
             let deadline = driver.now() + settings.start_limit;
+            // What an attempt before has left under way must not reach a robot now.
+            driver.forget_task();
             let mut starter = Starter { driver: &mut driver, settings: &settings, deadline };
             let error = match starter.run() {
                 Ok(started) => {
@@ -186,6 +194,7 @@ impl<W: Wire> EthercatSegment<W> {
         Self {
             task: None,
             care: None,
+            parked: None,
             found: found.collect(),
             robots: shared.members.iter().map(|_| Robot::new()).collect(),
             shared: Arc::new(shared),
@@ -305,7 +314,8 @@ impl<W: Wire> EthercatSegment<W> {
                 continue;
             };
             // A task that changes the robot's state tells when it is done.
-            let is_changed = self.care.as_ref().is_some_and(|care| {
+            let parked = self.parked.as_ref().map(|(care, _)| care);
+            let is_changed = self.care.iter().chain(parked).any(|care| {
                 care.robot == number && matches!(care.kind, CareKind::Lift | CareKind::Restore)
             });
             match judge(&reply, member.index, group.len()) {
@@ -354,7 +364,7 @@ impl<W: Wire> EthercatSegment<W> {
         for (number, robot) in self.robots.iter_mut().enumerate() {
             let may_leave = matches!(robot.condition, Condition::InOp | Condition::Away { .. });
             if robot.unanswered >= GONE_AFTER && may_leave {
-                robot.condition = Condition::Gone { answers: false };
+                robot.condition = Condition::Gone { answers: false, is_told: false };
                 robot.quality = InputQuality::Lost;
                 self.events.push(number, EventKind::Gone);
             }
@@ -385,19 +395,36 @@ impl<W: Wire> EthercatSegment<W> {
                         tell(EventKind::Fell { state, code });
                     }
                     robot.condition = Condition::Away { seen: state, is_told: true };
+                    if state.is_none() {
+                        robot.care_at = now + TRY_AGAIN_AFTER;
+                    }
                 }
             }
             CareOutcome::Answers => {
-                if let Condition::Gone { answers } = &mut robot.condition {
-                    tell(EventKind::Returned);
-                    *answers = true;
+                if let Condition::Gone { answers, is_told } = &mut robot.condition {
+                    if !*is_told {
+                        tell(EventKind::Returned);
+                    }
+                    (*answers, *is_told) = (true, true);
+                }
+            }
+            CareOutcome::InSight => {
+                if let Condition::Gone { is_told, .. } = robot.condition {
+                    if !is_told {
+                        tell(EventKind::Returned);
+                    }
+                    robot.condition = Condition::Away { seen: None, is_told: true };
                 }
             }
             CareOutcome::Silent => {
                 robot.care_at = now + FIND_EVERY;
-                match (&mut robot.condition, kind) {
-                    (Condition::Gone { answers }, _) => *answers = false,
-                    (Condition::Away { seen, .. }, _) => *seen = None,
+                if matches!(kind, CareKind::Lift | CareKind::Restore) {
+                    tell(EventKind::NotYetBack { state: None, code: AlStatusCode::NO_ERROR });
+                    robot.care_at = now + TRY_AGAIN_AFTER;
+                }
+                match &mut robot.condition {
+                    Condition::Gone { answers, .. } => *answers = false,
+                    Condition::Away { seen, .. } => *seen = None,
                     _ => {}
                 }
             }
@@ -409,7 +436,7 @@ impl<W: Wire> EthercatSegment<W> {
                 robot.quality = InputQuality::Lost;
             }
             CareOutcome::Failed { state, code } => {
-                tell(EventKind::NotYetBack { state, code });
+                tell(EventKind::NotYetBack { state: Some(state), code });
                 robot.condition = Condition::Away { seen: None, is_told: true };
                 robot.care_at = now + TRY_AGAIN_AFTER;
             }
@@ -430,19 +457,52 @@ impl<W: Wire> EthercatSegment<W> {
 
     /// Ends a task that does not advance, and gives the next robot that needs one a task.
     fn look_after(&mut self, now: Instant) {
-        if let Some(care) = &self.care {
-            if now < care.give_up_at {
-                return;
-            }
+        if self.care.as_ref().is_some_and(|care| now >= care.give_up_at) {
             self.task = None;
-            self.driver.forget_task();
+            if self.parked.is_none() {
+                self.driver.forget_task();
+            }
             self.take_outcome(CareOutcome::Silent, now);
         }
+        let is_restart = self.care.as_ref().map(|care| care.kind == CareKind::Restore);
+        if is_restart == Some(false) {
+            return;
+        }
+        // A few frames for one that fell must not wait for the thousands of one that restarted.
+        let only_short = is_restart.is_some() || self.parked.is_some();
+        match (self.next_wanting(now, only_short), is_restart) {
+            (Some((robot, kind)), _) => {
+                if let (Some(care), Some(task)) = (self.care.take(), self.task.take()) {
+                    self.parked = Some((care, task));
+                }
+                self.begin_care(robot, kind, now);
+            }
+            (None, None) => {
+                if let Some((care, task)) = self.parked.take() {
+                    (self.care, self.task) = (Some(care), Some(task));
+                }
+            }
+            (None, Some(_)) => {}
+        }
+    }
+
+    /// The next robot in turn that needs a task, other than those that have one.
+    fn next_wanting(&self, now: Instant, only_short: bool) -> Option<(usize, CareKind)> {
         let count = self.robots.len();
-        let wanting = (0..count)
+        (0..count)
             .map(|step| (self.next_care + step) % count)
-            .find_map(|number| Some((number, self.robots.get(number)?.needs(now)?)));
-        let Some((robot, kind)) = wanting else { return };
+            .filter(|number| !self.has_care(*number))
+            .filter_map(|number| Some((number, self.robots.get(number)?.needs(now)?)))
+            .find(|(_, kind)| !only_short || matches!(kind, CareKind::Look | CareKind::Lift))
+    }
+
+    /// Whether a task for this robot is under way or waits.
+    fn has_care(&self, robot: usize) -> bool {
+        let parked = self.parked.as_ref().map(|(care, _)| care);
+        self.care.iter().chain(parked).any(|care| care.robot == robot)
+    }
+
+    fn begin_care(&mut self, robot: usize, kind: CareKind, now: Instant) {
         self.next_care = robot + 1;
         let carer = Carer {
             shared: Arc::clone(&self.shared),
@@ -450,7 +510,8 @@ impl<W: Wire> EthercatSegment<W> {
             settings: Arc::clone(&self.settings),
         };
         self.task = Some(std::boxed::Box::pin(carer.run(kind, robot)));
-        self.care = Some(Care { kind, robot, give_up_at: now + limit_of(kind) });
+        self.care =
+            Some(Care { kind, robot, give_up_at: now + limit_of(kind, self.settings.cycle) });
     }
 
     /// What happened since, oldest first; 64 are kept.
@@ -532,20 +593,30 @@ impl Robot {
             Condition::Away { seen: Some(AlState::SafeOp | AlState::Op), .. } => {
                 Some(CareKind::Lift)
             }
-            Condition::Away { .. } | Condition::Gone { answers: true } => Some(CareKind::Restore),
-            Condition::Gone { answers: false } => Some(CareKind::Find),
+            Condition::Away { .. } | Condition::Gone { answers: true, .. } => {
+                Some(CareKind::Restore)
+            }
+            Condition::Gone { answers: false, .. } => Some(CareKind::Find),
         }
     }
 }
 
-/// How long a task may take before it counts as stuck.
-fn limit_of(kind: CareKind) -> Duration {
-    match kind {
+/// How long a task may take before it counts as stuck: it takes a frame a cycle.
+fn limit_of(kind: CareKind, cycle: Duration) -> Duration {
+    let own = match kind {
         CareKind::Look | CareKind::Find => Duration::from_millis(300),
         CareKind::Lift => Duration::from_secs(20),
-        CareKind::Restore => Duration::from_secs(60),
-    }
+        CareKind::Restore => Duration::from_secs(20),
+    };
+    let frames = match kind {
+        CareKind::Look | CareKind::Find | CareKind::Lift => 20,
+        CareKind::Restore => RESTORE_FRAMES,
+    };
+    own + cycle * frames
 }
+
+/// More frames than bringing up a robot takes (about 3,000).
+const RESTORE_FRAMES: u32 = 6_000;
 
 /// Losses and a watchdog that was not fed in time may go better the next time.
 pub(super) fn is_worth_another_attempt(error: EthercatError) -> bool {

@@ -2,6 +2,7 @@
 
 use std::vec::Vec;
 
+use super::error::EthercatError;
 use crate::time::Duration;
 
 /// Most robots that one segment drives: four frames of four.
@@ -96,6 +97,23 @@ impl Default for SegmentSettings {
 }
 
 impl SegmentSettings {
+    /// What is wrong with the settings, if something is.
+    pub(super) fn mistake(&self) -> Option<EthercatError> {
+        let shift = match self.clocks {
+            Clocks::Off => Duration::ZERO,
+            Clocks::Sync0 { shift } => shift,
+        };
+        let longest = Duration::from_nanos(u32::MAX.into());
+        let wrong = [
+            (self.cycle.is_zero(), "the cycle is 0"),
+            (self.cycle > longest, "the cycle is longer than the 4.2 s that SYNC0 can have"),
+            (self.reply_limit.is_zero(), "reply_limit is 0: no frame could come back in time"),
+            (shift >= self.cycle, "the shift of SYNC0 is not within the cycle"),
+        ];
+        let found = wrong.into_iter().find(|(is_wrong, _)| *is_wrong);
+        found.map(|(_, what)| EthercatError::Settings(what))
+    }
+
     /// The default settings at this cycle time.
     #[must_use]
     pub fn with_cycle(cycle: Duration) -> Self {

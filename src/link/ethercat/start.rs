@@ -301,12 +301,14 @@ impl<W: Wire> Starter<'_, W> {
         wanted: AlState,
     ) -> Option<EthercatError> {
         members.iter().find_map(|member| {
-            let limit = Duration::from_millis(200);
+            // Short: meanwhile no outputs are sent, and a watchdog runs.
+            let limit = Duration::from_millis(20);
             let status = read_status(main_device, member.station);
             let (state, code) = self.driver.block_on(limit, status).ok()?.ok()?;
             let position = member.position;
+            let has_error = state.has_error;
             let state = state.state?;
-            (code != AlStatusCode::NO_ERROR).then_some(EthercatError::Refused {
+            (has_error && code != AlStatusCode::NO_ERROR).then_some(EthercatError::Refused {
                 position,
                 wanted,
                 state,
@@ -344,6 +346,10 @@ impl<W: Wire> Starter<'_, W> {
         {
             let position = station.saturating_sub(FIRST_STATION);
             return match kind {
+                NoticeKind::Foreign => {
+                    let what = "a subdevice sent another protocol than CoE";
+                    EthercatError::Protocol { step, what }
+                }
                 NoticeKind::Emergency { code, .. } => {
                     EthercatError::Emergency { position, code, step }
                 }
