@@ -144,6 +144,28 @@ fn stale_inputs_never_advance_the_handshake() {
 }
 
 #[test]
+fn no_command_follows_an_arming_that_may_still_be_under_way() {
+    let settle_cycles = 12;
+    for trigger in TRIGGERS {
+        let mut robot = Robot::ready();
+        robot.trigger = trigger;
+        let config = Config { settle_cycles, ..Config::default() };
+        let mut bench = Bench::connected_to(config, robot);
+        bench.submit_move(1);
+        bench.until(5, Bench::set_point);
+        bench.quality = fieldarm::cycle::InputQuality::Stale { age_cycles: 1 };
+        bench.step();
+        bench.quality = fieldarm::cycle::InputQuality::Fresh;
+        // The arming image may have been lost in that cycle, and come late behind a command.
+        for _ in 1..settle_cycles {
+            bench.step();
+            assert_eq!(bench.outputs.motion_command.motion_command_id.get(), 0, "{trigger:?}");
+        }
+        bench.until(50, |bench| bench.moves_taken() == [1]);
+    }
+}
+
+#[test]
 fn commands_wait_for_a_robot_that_is_ready() {
     let mut bench = Bench::connected_to(Config::default(), Robot::new());
     let ticket = bench.submit_move(1);
