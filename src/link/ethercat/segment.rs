@@ -119,8 +119,8 @@ pub struct EthercatSegment<W> {
     clock: Option<ClockTrack>,
     nudge_ns: i64,
     last_began: Option<Instant>,
-    /// Time of the wire minus time of the caller, for wires whose time is simulated.
-    offset: Option<Duration>,
+    /// Times of the caller and of the wire at the first exchange, for wires whose time is simulated.
+    began: Option<(Instant, Instant)>,
     next_care: usize,
     driver: Driver<W>,
 }
@@ -205,7 +205,7 @@ impl<W: Wire> EthercatSegment<W> {
             clock,
             nudge_ns: 0,
             last_began: None,
-            offset: None,
+            began: None,
             next_care: 0,
             driver,
         }
@@ -650,9 +650,9 @@ impl<W: Wire> CyclicSegment for EthercatSegment<W> {
 
     /// One bus cycle. Never fails: what goes wrong shows in the qualities and the events.
     fn exchange(&mut self, now: Instant) -> Result<(), EthercatError> {
-        let offset =
-            *self.offset.get_or_insert_with(|| self.driver.now().saturating_duration_since(now));
-        self.driver.wire_mut().advance_to(now + offset);
+        // Either may be ahead of the other.
+        let (callers, wires) = *self.began.get_or_insert_with(|| (now, self.driver.now()));
+        self.driver.wire_mut().advance_to(wires + now.saturating_duration_since(callers));
         self.cycle();
         Ok(())
     }
