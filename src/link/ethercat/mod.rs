@@ -5,6 +5,7 @@
 mod borrowed;
 mod care;
 mod coe;
+mod condition;
 mod driver;
 mod error;
 mod event;
