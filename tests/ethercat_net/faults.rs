@@ -23,9 +23,9 @@ use fieldarm::wire::order::ByteOrder;
 use crate::checkers::End as Verdict;
 use crate::namespaces::{Cable, End, INTERFACE, TO_MAIN, TO_ROBOTS};
 use crate::plc::Plc;
+use crate::quick_robot::quick_robot;
 use crate::relay::{Relay, Way};
 use crate::robot_in_thread::RobotInThread;
-use crate::watched::quick_robot;
 
 /// How often each fault comes in a life; a hundred in all. A power cycle takes seconds.
 const FAULTS: [(WireFault, usize); 8] = [
