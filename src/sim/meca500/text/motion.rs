@@ -1,0 +1,36 @@
+//! Queued commands: they are answered only when they are refused. Source: PM L584, L1933.
+
+use super::dispatch::Refused;
+use crate::sim::meca500::receive::Verdict;
+use crate::sim::meca500::robot::VirtualRobot;
+use crate::wire::meca500::code::Code;
+use crate::wire::meca500::command::MotionCommand;
+use crate::wire::meca500::revision::Revision;
+use crate::wire::meca500::text::{ParsedCommand, Statement};
+
+/// The motion command that a parsed line stands for; `None` if it stands for none.
+pub(super) fn command_of(parsed: &ParsedCommand<'_>, revision: Revision) -> Option<MotionCommand> {
+    match Statement::from_parsed(parsed, revision) {
+        Ok(Statement::Motion(command)) => Some(command),
+        Ok(Statement::Velocity(velocity)) => Some(velocity.into()),
+        _ => None,
+    }
+}
+
+impl VirtualRobot {
+    /// Hands a command to the robot.
+    pub(super) fn submit(&mut self, command: &MotionCommand) -> Result<(), Refused> {
+        match self.receive(command) {
+            Verdict::Accepted => Ok(()),
+            Verdict::Refused(code) => Err(code.into()),
+            Verdict::Stopped => Err(Refused::PStop2),
+            Verdict::Full => Err(Code::COMMAND_BUFFER_FULL.into()),
+        }
+    }
+
+    /// Hands a parsed command to the robot.
+    pub(super) fn submit_parsed(&mut self, parsed: &ParsedCommand<'_>) -> Result<(), Refused> {
+        let command = command_of(parsed, self.settings.revision).ok_or(Code::ARGUMENT_ERROR)?;
+        self.submit(&command)
+    }
+}
