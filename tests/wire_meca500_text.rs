@@ -267,10 +267,11 @@ fn texts_and_lists_may_hold_commas_and_comment_signs() {
     };
     assert_eq!(arguments(r##"LogTrace("a, b) # c // d")"##), [Value::Text("a, b) # c // d")]);
     assert_eq!(arguments("StartProgram(pick_2)"), [Value::Text("pick_2")]);
-    assert_eq!(
-        arguments("CreateVariable(home, [190.0, 0, 308], 10000)"),
-        [Value::Text("home"), Value::Text("[190.0, 0, 308]"), Value::Number(10_000.0)]
-    );
+    let variable = arguments("CreateVariable(home, [190.0, 0, 308], 10000)");
+    assert_eq!(variable[..1], [Value::Text("home")]);
+    let Value::List(elements) = variable[1] else { panic!("{variable:?}") };
+    assert_eq!(elements.collect::<Vec<_>>(), ["190.0", "0", "308"]);
+    assert_eq!(variable[2..], [Value::Number(10_000.0)]);
     assert_eq!(
         arguments("SetRealTimeMonitoring(2200, TargetCartPos, 2202, 2203, 2204, 2210, 2211, All)")
             .len(),
