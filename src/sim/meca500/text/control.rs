@@ -39,7 +39,7 @@ impl VirtualRobot {
         let is_on = number == 1.0;
         match parsed.spec.name {
             "ActivateRobot" => self.activate_by_text(parsed.arguments().next().is_some()),
-            "DeactivateRobot" => Ok(self.deactivate()?),
+            "DeactivateRobot" => self.deactivate_by_text(),
             "Home" => self.home_by_text(),
             "PauseMotion" => self.pause_by_text(),
             "ClearMotion" => Ok(self.clear_motion()?),
@@ -202,6 +202,14 @@ impl VirtualRobot {
             return Err(code.into());
         }
         self.text.awaits_activation = true;
+        Ok(())
+    }
+
+    /// DeactivateRobot: 2004 comes when the motors are off. That the queue was emptied goes without
+    /// saying here, but not on the monitoring port. Source: PM L3189, L890.
+    fn deactivate_by_text(&mut self) -> Result<(), Refused> {
+        self.deactivate()?;
+        self.text.answered.push(Code::MOTION_CLEARED);
         Ok(())
     }
 

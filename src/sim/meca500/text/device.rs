@@ -25,7 +25,9 @@ impl TextDevice for VirtualRobot {
         if self.safety.connection_dropped == Signal::Present {
             self.safety.connection_dropped.set_present(false);
         }
+        let before = self.text.shown.map(|shown| shown.safety);
         self.observe_text();
+        self.tell_standing_signals(before);
         true
     }
 
@@ -98,6 +100,19 @@ fn write_next(message: Option<alloc::string::String>, into: &mut dyn fmt::Write)
 }
 
 impl VirtualRobot {
+    /// Tells a new control connection of the safety signals that stand since before it, which are
+    /// those that `before` has too. Source: choice
+    fn tell_standing_signals(&mut self, before: Option<[u8; 5]>) {
+        let now = self.safety_numbers();
+        for ((code, before), now) in
+            self.safety_codes().into_iter().zip(before.unwrap_or(now)).zip(now)
+        {
+            if now != 0 && now == before {
+                self.say(Port::Control, code, &format::integers([now]));
+            }
+        }
+    }
+
     /// The connection watchdog: once it has run out the robot stops and ends the connection.
     /// Source: PM L906, L3160.
     pub(super) fn watch_connection(&mut self) {

@@ -24,6 +24,10 @@ impl VirtualRobot {
             return;
         }
         self.watch_connection();
+        if !self.is_online() {
+            // Nobody is connected; what changes meanwhile is told after the boot.
+            return;
+        }
         let new = self.shown_state();
         let Some(old) = self.text.shown.replace(new) else { return };
         self.tell_safety(&old, &new, |before, now| now == 1 || (now == 2 && before == 0));
@@ -88,6 +92,9 @@ impl VirtualRobot {
             }
             RobotEvent::Warning(_) => {}
             RobotEvent::MotionPaused => self.tell_own(Port::Control, Code::MOTION_PAUSED),
+            RobotEvent::MotionCleared if self.text.answered.contains(&Code::MOTION_CLEARED) => {
+                self.tell_own(Port::Monitoring, Code::MOTION_CLEARED);
+            }
             RobotEvent::MotionCleared => self.tell_own(Port::Both, Code::MOTION_CLEARED),
             RobotEvent::MotionResumed => self.tell_own(Port::Control, Code::MOTION_RESUMED),
             RobotEvent::Activated => {
