@@ -144,8 +144,8 @@ fn changes_are_told_when_they_happen() {
     let turns: Vec<_> = told.iter().filter(|message| code(message) == 2209).collect();
     assert_eq!(turns.len(), 1);
     assert_eq!(values(turns[0])[1], 1.0);
-    let confs = told.iter().filter(|message| code(message) == 2208);
-    assert!(confs.last().unwrap().ends_with(",1,1,-1]"));
+    let mut confs = told.iter().filter(|message| code(message) == 2208);
+    assert!(confs.next_back().unwrap().ends_with(",1,1,-1]"));
 }
 
 #[test]

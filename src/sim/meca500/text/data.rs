@@ -140,7 +140,7 @@ impl VirtualRobot {
         format!("{major}.{minor}.{patch}")
     }
 
-    /// [2082], as the vendor's client reads it. Source: client
+    /// 2082, as the vendor's client reads it. Source: client
     pub(super) fn full_firmware_version(&self) -> String {
         let [.., build] = self.settings.firmware;
         format!("{}.{build}-official", self.short_firmware_version())

@@ -112,7 +112,7 @@ impl VirtualRobot {
         self.answer_optional();
     }
 
-    /// [2117]: which optional messages are sent.
+    /// 2117: which optional messages are sent.
     pub(super) fn answer_optional(&mut self) {
         let codes: Vec<u16> = self.text.optional.codes().map(|code| code.0).collect();
         self.answer(Code(2117), &format::integers(codes));

@@ -1,4 +1,4 @@
-//! The robot's state as [2007] and its companions tell it: what is sent on the monitoring port when
+//! The robot's state as 2007 and its companions tell it: what is sent on the monitoring port when
 //! it changes, and to whoever connects there.
 //!
 //! Source: PM Table 3. Its column of ticks is unreliable; sent on change is what it marks so and what
@@ -51,7 +51,7 @@ pub(super) struct Shown {
 }
 
 impl VirtualRobot {
-    /// [2007]: activated, homed, simulated, in error, paused, end of block, end of motion.
+    /// 2007: activated, homed, simulated, in error, paused, end of block, end of motion.
     pub(super) fn status_numbers(&self) -> [u8; 7] {
         let simulation = match (self.simulating, self.simulation_type()) {
             (false, _) => 0,
@@ -123,7 +123,7 @@ impl VirtualRobot {
         }
     }
 
-    /// [2182]: whether there is a collision, and group and number of the two objects.
+    /// 2182: whether there is a collision, and group and number of the two objects.
     pub(super) fn collision_numbers(&self) -> [u32; 5] {
         self.collision_event.map_or([0; 5], |[one, other]| {
             let Object { group: a, id: b } = one;
@@ -132,12 +132,12 @@ impl VirtualRobot {
         })
     }
 
-    /// [2183]: whether the work zone is breached, and group and number of the object.
+    /// 2183: whether the work zone is breached, and group and number of the object.
     pub(super) fn breach_numbers(&self) -> [u32; 3] {
         self.zone_event.map_or([0; 3], |Object { group, id }| [1, group, id])
     }
 
-    /// [2300] without its timestamp.
+    /// 2300 without its timestamp.
     pub(super) fn tool_numbers(&self) -> [u32; 5] {
         let emulated = self.tool.emulated().map_or(0, FittedTool::number);
         let overheated = u32::from(self.tool.overheated);
@@ -145,7 +145,7 @@ impl VirtualRobot {
         [emulated, self.tool.fitted().number(), homed, overheated, overheated]
     }
 
-    /// [2079]: gripper present, homed, holding a part, opening reached, in error, overheated. The
+    /// 2079: gripper present, homed, holding a part, opening reached, in error, overheated. The
     /// manual names the fields by two letters only.
     pub(super) fn legacy_gripper(&self) -> [u8; 6] {
         if !self.tool.is_gripper() {
