@@ -1,7 +1,7 @@
 //! Messages in the order in which the manual prints them.
 
 use fieldarm::sim::meca500::readings::{
-    ConnectionDropCode, EndOfMovementAfterPause, TextInErrorMode,
+    CommandsWhileBusy, ConnectionDropCode, EndOfMovementAfterPause, TextInErrorMode,
 };
 use fieldarm::sim::meca500::{PStop2Mode, Readings};
 use fieldarm::text_device::{LineProblem, TextDevice};
@@ -28,6 +28,40 @@ fn activation_and_homing_are_answered_when_they_are_done() {
     let statuses = desk.monitored(2007);
     let wanted = ["[2007][1,0,0,0,0,1,1]", "[2007][1,0,0,0,0,0,0]", "[2007][1,1,0,0,0,1,1]"];
     assert_eq!(statuses, wanted);
+}
+
+#[test]
+fn commands_sent_at_once_wait_for_activation_and_homing() {
+    let mut desk = Desk::connected();
+    for line in
+        ["ActivateRobot", "Home", "MoveJoints(5,0,0,0,0,0)", "SetCheckpoint(1)", "GetBlending"]
+    {
+        assert!(desk.say(line).is_empty(), "{line}");
+    }
+    // What any state allows does not wait.
+    assert_eq!(codes(&desk.say("GetStatusRobot")), [2007]);
+    assert_eq!(codes(&desk.say("PauseMotion")), [1005]);
+    assert_eq!(codes(&desk.until(3030)), [2000, 2002, 2150, 3030]);
+    desk.say("DeactivateRobot");
+    assert!(desk.say("SetJointLimitsCfg(1)").is_empty());
+    assert_eq!(codes(&desk.until(2093)).last(), Some(&2093));
+    // An E-Stop ends the waiting too.
+    let mut desk = Desk::connected();
+    desk.say("ActivateRobot");
+    desk.say("Home");
+    desk.robot.panel().press_e_stop();
+    assert_eq!(codes(&desk.listen_ms(10)), [3070, 1013, 1005]);
+}
+
+#[test]
+fn commands_sent_at_once_are_refused_under_the_other_reading() {
+    let mut desk = Desk::connected_with(|settings| {
+        settings.readings.commands_while_busy = CommandsWhileBusy::Judged;
+    });
+    desk.heard();
+    desk.say("ActivateRobot");
+    assert_eq!(codes(&desk.say("Home")), [1005]);
+    assert_eq!(codes(&desk.say("MoveJoints(5,0,0,0,0,0)")), [1005]);
 }
 
 #[test]
@@ -126,7 +160,13 @@ fn pausing_a_moving_robot_tells_its_stop() {
         assert!(desk.listen_ms(100).is_empty());
         assert_eq!(desk.monitored(2007).last().unwrap(), "[2007][1,1,0,0,1,0,1]");
         assert_eq!(codes(&desk.say("ResumeMotion")), [2043]);
-        desk.until(3012);
+        // Resumed before it stood: there is no stop to tell.
+        desk.wait_ms(300);
+        desk.say("PauseMotion");
+        desk.wait_ms(3);
+        desk.say("ResumeMotion");
+        let heard = desk.until(3012);
+        assert_eq!(codes(&heard).contains(&3004), enabled);
     }
 }
 
@@ -155,6 +195,9 @@ fn an_error_is_told_once_and_reset() {
     assert_eq!(codes(&heard), [1007, 3040, 3012], "{heard:?}");
     assert_eq!(desk.monitored(2007).last().unwrap(), "[2007][1,1,0,1,1,1,1]");
     assert_eq!(codes(&desk.say("MoveJoints(0,0,0,0,0,0)")), [1011]);
+    // A checkpoint that cannot enter the queue is discarded there and then.
+    assert_eq!(desk.say("SetCheckpoint(8005)")[1..], ["[3040][8005]"]);
+    assert_eq!(desk.ask("GetCheckpointDiscarded"), "[2149][8005]");
     assert_eq!(codes(&desk.say("ResumeMotion")), [1011]);
     assert_eq!(codes(&desk.say("GetBlending")), [2150]);
     assert_eq!(desk.ask("ResetError"), "[2005][The error was reset.]");

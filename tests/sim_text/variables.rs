@@ -123,6 +123,39 @@ fn variables_stand_for_arguments() {
 }
 
 #[test]
+fn the_vendors_client_manages_variables_in_json() {
+    let mut desk = Desk::connected();
+    desk.say("CreateVariable(old,true)");
+    let heard = desk.say("-SetVariablesMonitoring(1)");
+    assert_eq!(heard.len(), 2, "{heard:?}");
+    assert_eq!(heard[0], "[2555][1]");
+    let told: serde_json::Value = serde_json::from_str(&heard[1]).unwrap();
+    assert_eq!(told["code"], 3310);
+    assert_eq!(told["data"]["vars"]["old"]["val"], true);
+    assert!(told["data"]["vars"]["old"]["cyclicId"].is_null());
+    let create = r#"CreateVariable({"data": {"name": "g.x", "val": [1, 2, 3], "type": 0, "cyclicId": 10001, "volatile": false, "override": false}, "metaData": null})"#;
+    let heard = desk.say(create);
+    assert_eq!(heard[1], "[2552][g.x,[1,2,3],10001,0]");
+    let told: serde_json::Value = serde_json::from_str(&heard[0]).unwrap();
+    assert_eq!(told["data"]["vars"]["g.x"]["cyclicId"], 10001);
+    let heard =
+        desk.say(r#"SetVariable({"data": {"name": "g.x", "val": [4, 5, 6]}, "metaData": null})"#);
+    assert_eq!(heard[1], "[2554][g.x,[4,5,6]]");
+    assert_eq!(
+        codes(&desk.say(r#"SetVariable({"data": {"name": "g.x", "val": {"a": 1}}})"#)),
+        [1554]
+    );
+    // Set by its cyclic ID: told too.
+    desk.robot.set_variable(10_001, &[7.0, 8.0, 9.0]).unwrap();
+    assert!(desk.listen_ms(1)[0].contains("[7.0,8.0,9.0]"));
+    let heard = desk.say(r#"DeleteVariable({"data": {"name": "g.x"}, "metaData": null})"#);
+    assert!(heard[0].starts_with(r#"{"code":3311,"#) && heard[1] == "[2553][g.x]", "{heard:?}");
+    assert_eq!(codes(&desk.say(r#"DeleteVariable({"data": {"name": "g.x"}})"#)), [1553]);
+    assert_eq!(codes(&desk.say(r#"ConnectionWatchdog({"data": {"timeout": -1}})"#)), [1003]);
+    assert_eq!(codes(&desk.say(r#"Home({"data": {}})"#)), [1003]);
+}
+
+#[test]
 fn variables_survive_a_boot() {
     let mut desk = Desk::connected();
     desk.say("CreateVariable(x,5)");

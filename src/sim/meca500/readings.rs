@@ -524,6 +524,15 @@ readings! {
         WhenEnabled,
     }
     33
+    /// Text commands that depend on what the robot is ready for, while it is being activated, homed
+    /// or deactivated.
+    commands_while_busy: CommandsWhileBusy {
+        /// Wait for the end of it, in their order.
+        Wait,
+        /// Are judged by the state at their arrival.
+        Judged,
+    }
+    33
     /// Requests and other text commands for any state, in error mode, in which every later command
     /// is answered with 1011.
     text_in_error_mode: TextInErrorMode {

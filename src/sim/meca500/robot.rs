@@ -8,8 +8,8 @@
 //! longer than those handed in, until there is nothing left to do. However far `now` jumps, a call
 //! takes a bounded number of steps: after 20,000 of them what is left passes in 100 equal ones.
 //!
-//! Invariants: no input makes it panic; time never runs back; after construction only queueing and
-//! planning allocate.
+//! Invariants: no input makes it panic; time never runs back; after construction only queueing,
+//! planning and setting variables allocate, and the text face once it is used.
 
 use super::cyclic::CyclicFace;
 use super::event::{EventLog, RobotEvent};
@@ -243,6 +243,7 @@ impl VirtualRobot {
             left -= step;
             fine_steps = fine_steps.saturating_sub(self.live(step));
             self.observe_text();
+            self.take_up_waiting();
         }
     }
 

@@ -7,7 +7,7 @@
 //! numbers; all numbers are finite. Limits, chosen: [`MOST_VARIABLES`], [`MOST_NAME_BYTES`],
 //! [`MOST_VALUE_BYTES`]. Source: PM L6711-7035.
 
-use alloc::collections::BTreeMap;
+use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
@@ -49,6 +49,8 @@ struct Variable {
 pub(super) struct Variables {
     by_name: BTreeMap<String, Variable>,
     names: BTreeMap<u16, String>,
+    /// Names of what was created, set or deleted since somebody asked.
+    changed: BTreeSet<String>,
 }
 
 /// Reads a value: a boolean, a number, a text or an array of such; no object, no null.
@@ -58,6 +60,11 @@ pub(super) fn read_value(json: &str) -> Result<Value, String> {
     }
     let value: Value =
         serde_json::from_str(json).map_err(|error| format!("the value is not JSON: {error}"))?;
+    check_value(value)
+}
+
+/// The value, if a variable can hold it.
+pub(super) fn check_value(value: Value) -> Result<Value, String> {
     if is_basic(&value) { Ok(value) } else { Err("objects and null are no values".into()) }
 }
 
@@ -183,6 +190,7 @@ impl Variables {
         if cyclic_id != 0 {
             self.names.insert(cyclic_id, name.into());
         }
+        self.note_change(name);
         let numbers = numbers.filter(|_| cyclic_id != 0).unwrap_or_default();
         self.by_name.insert(name.into(), Variable { value, cyclic_id, numbers });
         Ok(())
@@ -201,6 +209,7 @@ impl Variables {
                 numbers_of(&value).ok_or_else(|| String::from("a number is too large"))?;
         }
         variable.value = value;
+        self.note_change(name);
         Ok(())
     }
 
@@ -222,6 +231,9 @@ impl Variables {
             }
             single => *single = values.first().map_or(Value::from(0), |value| number_of(*value)),
         }
+        if let Some(name) = self.names.get(&cyclic_id).cloned() {
+            self.note_change(&name);
+        }
         true
     }
 
@@ -230,8 +242,21 @@ impl Variables {
         let removed = self.by_name.remove(name);
         if let Some(variable) = &removed {
             self.names.remove(&variable.cyclic_id);
+            self.note_change(name);
         }
         removed.is_some()
+    }
+
+    /// Names beyond as many as there may be variables are not kept: nobody asks.
+    fn note_change(&mut self, name: &str) {
+        if self.changed.len() < MOST_VARIABLES {
+            self.changed.insert(name.into());
+        }
+    }
+
+    /// The names of what has changed since the last call.
+    pub(super) fn take_changed(&mut self) -> BTreeSet<String> {
+        core::mem::take(&mut self.changed)
     }
 
     /// Deletes the variable with a cyclic ID. Returns whether it was there.

@@ -274,7 +274,7 @@ impl VirtualRobot {
 
     /// ConnectionWatchdog: each one starts the time anew; 0 cancels. Only the first one and the
     /// cancelling one are answered. Source: PM L3178.
-    fn set_watchdog(&mut self, seconds: f32) {
+    pub(super) fn set_watchdog(&mut self, seconds: f32) {
         let was_on = self.text.watchdog.is_some();
         if seconds > 0.0 {
             self.text.watchdog = Some(self.now + Duration::from_secs_f32(seconds));

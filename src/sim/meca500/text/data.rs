@@ -16,17 +16,44 @@ const fn flag(on: bool) -> &'static str {
     if on { "1" } else { "0" }
 }
 
+/// Whether the request is for what the robot only tells when it is ready for motion.
+pub(super) fn needs_readiness(name: &str) -> bool {
+    matches!(
+        name,
+        "GetAutoConf"
+            | "GetAutoConfTurn"
+            | "GetBlending"
+            | "GetCartAcc"
+            | "GetCartAngVel"
+            | "GetCartLinVel"
+            | "GetConf"
+            | "GetConfTurn"
+            | "GetJointAcc"
+            | "GetJointVel"
+            | "GetJointVelLimit"
+            | "GetModelJointLimits"
+            | "GetMoveDuration"
+            | "GetMoveDurationCfg"
+            | "GetMoveMode"
+            | "GetPayload"
+            | "GetTorqueLimits"
+            | "GetTorqueLimitsCfg"
+            | "GetTrf"
+            | "GetVelTimeout"
+            | "GetWrf"
+    )
+}
+
 impl VirtualRobot {
     /// Answers a request for a setting.
     pub(super) fn request_data(&mut self, parsed: &ParsedCommand<'_>) -> Result<(), Refused> {
-        let (code, content) = match self.identity_data(parsed) {
-            Some(answer) => answer,
-            None => {
-                let answer = self.motion_data(parsed).ok_or(Code::UNKNOWN_COMMAND)?;
-                self.ready_for_motion()?;
-                answer
-            }
+        let answer = if needs_readiness(parsed.spec.name) {
+            self.ready_for_motion()?;
+            self.motion_data(parsed)
+        } else {
+            self.identity_data(parsed)
         };
+        let (code, content) = answer.ok_or(Code::UNKNOWN_COMMAND)?;
         self.answer(Code(code), &content);
         Ok(())
     }

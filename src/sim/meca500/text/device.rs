@@ -39,6 +39,8 @@ impl TextDevice for VirtualRobot {
         self.text.watchdog = None;
         self.text.drops_control = false;
         self.text.saving = None;
+        self.text.waiting.clear();
+        self.text.tells_variables = false;
         self.text.tells_next_stop = false;
         self.drop_connection();
         self.observe_text();

@@ -44,6 +44,14 @@ impl VirtualRobot {
         self.listen_to_text();
         // What happened before belongs in front of the answer.
         self.observe_text();
+        if !self.put_aside(line) {
+            self.perform(line);
+            self.take_up_waiting();
+        }
+    }
+
+    /// Acts on a line that does not have to wait.
+    pub(super) fn perform(&mut self, line: &str) {
         self.text.in_command = true;
         if let Err(refused) = self.dispatch(line) {
             self.tell_refusal(line, refused);
@@ -71,6 +79,9 @@ impl VirtualRobot {
         let line = line.trim();
         if self.text.saving.is_some() {
             return self.dispatch_while_saving(line);
+        }
+        if let Some(done) = self.client_command(line) {
+            return done;
         }
         let resolved = self.resolve_variables(line)?;
         self.dispatch_resolved(&resolved)

@@ -1,5 +1,7 @@
 //! What the text face remembers: who listens, what was said, what is to be said.
 
+use alloc::collections::VecDeque;
+use alloc::string::String;
 use alloc::vec::Vec;
 
 use super::outbox::Outbox;
@@ -64,6 +66,10 @@ pub(in crate::sim::meca500) struct TextFace {
     pub(super) watchdog: Option<Instant>,
     pub(super) drops_control: bool,
     pub(super) saving: Option<Saving>,
+    /// Lines that wait for the end of an activation, homing or deactivation.
+    pub(super) waiting: VecDeque<String>,
+    /// SetVariablesMonitoring.
+    pub(super) tells_variables: bool,
     /// TcpDump: when it ends.
     pub(super) dump_ends: Option<Instant>,
     /// SetNetworkOptions as the last boot found it.
@@ -98,6 +104,8 @@ impl TextFace {
             watchdog: None,
             drops_control: false,
             saving: None,
+            waiting: VecDeque::new(),
+            tells_variables: false,
             dump_ends: None,
             keep_alive_packets,
             bus_before: None,

@@ -71,7 +71,9 @@ pub(super) fn message(code: Code, command: Option<&str>) -> String {
             format!("{before}'{repeated}'{after}")
         }
         (Some((before, _)), None) => {
-            let end = before.rfind(" - Command").unwrap_or(before.len());
+            // Neither is there anything to put into a parenthesis of values.
+            let ends = [before.find(" (..."), before.rfind(" - Command")];
+            let end = ends.into_iter().flatten().min().unwrap_or(before.len());
             String::from(before.get(..end).unwrap_or(before))
         }
         (None, _) => String::from(template),

@@ -19,6 +19,7 @@
 //! explain well enough.
 
 mod accessory;
+mod client;
 mod control;
 mod data;
 mod device;
@@ -35,6 +36,7 @@ mod protocol;
 mod real_time;
 mod status;
 mod variable;
+mod waiting;
 mod work_zone;
 
 pub(super) use face::TextFace;

@@ -1,6 +1,7 @@
 //! Queued commands: they are answered only when they are refused. Source: PM L584, L1933.
 
 use super::dispatch::Refused;
+use crate::sim::meca500::event::RobotEvent;
 use crate::sim::meca500::receive::Verdict;
 use crate::sim::meca500::robot::VirtualRobot;
 use crate::wire::meca500::code::Code;
@@ -18,14 +19,23 @@ pub(super) fn command_of(parsed: &ParsedCommand<'_>, revision: Revision) -> Opti
 }
 
 impl VirtualRobot {
-    /// Hands a command to the robot.
+    /// Hands a command to the robot. A checkpoint that the robot's state keeps from the queue will
+    /// never be reached, and is told as discarded: error mode and safety stops do so to those in the
+    /// queue, and the vendor's client waits for it. Source: PM L2486, client
     pub(super) fn submit(&mut self, command: &MotionCommand) -> Result<(), Refused> {
-        match self.receive(command) {
-            Verdict::Accepted => Ok(()),
-            Verdict::Refused(code) => Err(code.into()),
-            Verdict::Stopped => Err(Refused::PStop2),
-            Verdict::Full => Err(Code::COMMAND_BUFFER_FULL.into()),
+        let refused = match self.receive(command) {
+            Verdict::Accepted => return Ok(()),
+            Verdict::Refused(code) => Refused::Code(code),
+            Verdict::Stopped => Refused::PStop2,
+            Verdict::Full => Refused::Code(Code::COMMAND_BUFFER_FULL),
+        };
+        if let MotionCommand::SetCheckpoint(number) = *command
+            && refused != Refused::Code(Code::ARGUMENT_ERROR)
+        {
+            self.checkpoint_discarded = number;
+            self.events.push(RobotEvent::CheckpointDiscarded(number));
         }
+        Err(refused)
     }
 
     /// Hands a parsed command to the robot.

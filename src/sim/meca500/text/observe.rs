@@ -50,6 +50,7 @@ impl VirtualRobot {
                 self.say(Port::Monitoring, code, &content);
             }
         }
+        self.tell_variables();
         self.end_dump();
         self.tell_periodically();
     }
@@ -96,7 +97,10 @@ impl VirtualRobot {
                 self.tell_own(Port::Monitoring, Code::MOTION_CLEARED);
             }
             RobotEvent::MotionCleared => self.tell_own(Port::Both, Code::MOTION_CLEARED),
-            RobotEvent::MotionResumed => self.tell_own(Port::Control, Code::MOTION_RESUMED),
+            RobotEvent::MotionResumed => {
+                self.text.tells_next_stop = false;
+                self.tell_own(Port::Control, Code::MOTION_RESUMED);
+            }
             RobotEvent::Activated => {
                 self.text.awaits_activation = false;
                 self.tell_own(Port::Control, Code::MOTORS_ACTIVATED);

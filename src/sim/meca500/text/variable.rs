@@ -35,19 +35,11 @@ impl VirtualRobot {
                 self.answer(Code(2551), &content);
             }
             "CreateVariable" => self.create_by_text(parsed, name)?,
-            "DeleteVariable" => {
-                if !self.variables.delete(name) {
-                    let why = format!("Cannot delete variable {name} (not found)");
-                    return Err(Refused::Because(Code::DELETE_VARIABLE_FAILED, why));
-                }
-                self.answer(Code(2553), name);
-            }
+            "DeleteVariable" => self.delete_variable_now(name)?,
             "SetVariable" => {
                 let failed = |why| Refused::Because(Code::SET_VARIABLE_FAILED, why);
                 let value = self.value_argument(parsed).map_err(failed)?;
-                let content = format!("{name},{value}");
-                self.variables.set(name, value).map_err(failed)?;
-                self.answer(Code(2554), &content);
+                self.set_variable_now(name, value)?;
             }
             _ => return Err(Code::UNKNOWN_COMMAND.into()),
         }
@@ -58,12 +50,45 @@ impl VirtualRobot {
         let failed = |why| Refused::Because(Code::CREATE_VARIABLE_FAILED, why);
         let value = self.value_argument(parsed).map_err(failed)?;
         let [_, _, cyclic_id, overrides, ..] = parsed.numbers();
-        let (cyclic_id, overrides) = (cyclic_id as u16, overrides == 1.0);
+        self.create_variable_now(name, value, cyclic_id as u16, overrides == 1.0)
+    }
+
+    /// CreateVariable.
+    pub(super) fn create_variable_now(
+        &mut self,
+        name: &str,
+        value: Json,
+        cyclic_id: u16,
+        overrides: bool,
+    ) -> Result<(), Refused> {
+        let failed = |why| Refused::Because(Code::CREATE_VARIABLE_FAILED, why);
         self.variables.create(name, value, cyclic_id, overrides).map_err(failed)?;
+        self.tell_variables();
         // What is there now: without override an existing variable is left as it was.
         let kept = self.variables.by_name(name).map_or(Json::Null, |(value, _)| value.clone());
         let content = format!("{name},{kept},{cyclic_id},{}", u8::from(overrides));
         self.answer(Code(2552), &content);
+        Ok(())
+    }
+
+    /// SetVariable.
+    pub(super) fn set_variable_now(&mut self, name: &str, value: Json) -> Result<(), Refused> {
+        let content = format!("{name},{value}");
+        let failed = |why| Refused::Because(Code::SET_VARIABLE_FAILED, why);
+        self.variables.set(name, value).map_err(failed)?;
+        self.tell_variables();
+        self.answer(Code(2554), &content);
+        Ok(())
+    }
+
+    /// DeleteVariable.
+    pub(super) fn delete_variable_now(&mut self, name: &str) -> Result<(), Refused> {
+        if !self.variables.delete(name) {
+            let why = format!("Cannot delete variable {name} (not found)");
+            return Err(Refused::Because(Code::DELETE_VARIABLE_FAILED, why));
+        }
+        self.tell_variables();
+        self.answer(Code(2553), name);
         Ok(())
     }
 
