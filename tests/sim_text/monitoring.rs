@@ -17,7 +17,7 @@ fn a_new_connection_is_told_everything_once() {
     let mut desk = Desk::ready_with(|settings| settings.tool = FittedTool::Megp25E);
     let told = snapshot(&mut desk);
     let mut seen = codes(&told);
-    assert_eq!(seen[..4], [3000, 2082, 2095, 2007]);
+    assert_eq!(seen[..5], [3000, 2082, 2095, 2050, 2007]);
     for wanted in [
         2015, 2050, 2079, 2086, 2163, 2165, 2167, 2181, 2182, 2183, 2189, 2208, 2209, 2227, 2300,
         2320, 3028, 3032, 3070, 3083, 3084, 3086,

@@ -54,7 +54,8 @@ pub struct RobotSettings {
     pub position_error_before_homing_deg: f64,
     /// The settings that survive power-off.
     pub persistent: PersistentSettings,
-    /// The settings of name and network, which survive power-off too.
+    /// The settings of name and network, which survive power-off too; a name that cannot be becomes
+    /// the factory's.
     pub network: NetworkSettings,
 }
 
@@ -93,6 +94,7 @@ impl RobotSettings {
         self.position_error_before_homing_deg =
             if error.is_finite() { error.clamp(-180.0, 180.0) } else { 0.0 };
         self.recovery_caps = self.recovery_caps.made_livable();
+        self.network = self.network.made_livable();
         self
     }
 }
@@ -191,6 +193,30 @@ pub struct NetworkSettings {
     pub ethernet_ip: FieldbusMode,
     /// EnableProfinet.
     pub profinet: FieldbusMode,
+}
+
+impl NetworkSettings {
+    /// Most keep-alive packets that may be lost.
+    const MOST_KEEP_ALIVE_PACKETS: u8 = 60;
+    /// Longest name.
+    const MOST_NAME_BYTES: usize = 63;
+
+    /// Whether a robot can have this name. Source: PM L3891.
+    pub(super) fn is_robot_name(name: &str) -> bool {
+        let is_good = |letter: u8| letter.is_ascii_alphanumeric() || letter == b'-';
+        (1..=Self::MOST_NAME_BYTES).contains(&name.len())
+            && !name.starts_with('-')
+            && name.bytes().all(is_good)
+    }
+
+    /// A name that cannot be becomes the factory's.
+    fn made_livable(mut self) -> Self {
+        if !Self::is_robot_name(&self.robot_name) {
+            self.robot_name = Self::default().robot_name;
+        }
+        self.keep_alive_packets = self.keep_alive_packets.min(Self::MOST_KEEP_ALIVE_PACKETS);
+        self
+    }
 }
 
 impl Default for NetworkSettings {

@@ -10,7 +10,7 @@ use super::format as text_format;
 use crate::sim::meca500::lifecycle::Lifecycle;
 use crate::sim::meca500::readings::EndOfMovementAfterPause;
 use crate::sim::meca500::robot::VirtualRobot;
-use crate::sim::meca500::settings::{FieldbusMode, PStop2Mode, SimulationType};
+use crate::sim::meca500::settings::{FieldbusMode, NetworkSettings, PStop2Mode, SimulationType};
 use crate::time::Duration;
 use crate::wire::meca500::code::Code;
 use crate::wire::meca500::text::{Argument, ParsedCommand, Value};
@@ -111,7 +111,7 @@ impl VirtualRobot {
                 self.answer_own(if is_on { Code(2052) } else { Code(2053) });
             }
             "SetMonitoringInterval" => {
-                self.text.interval = Duration::from_secs_f32(number);
+                self.text.interval = duration(number);
                 self.text.next_cycle = self.now + self.text.interval;
                 done(self);
             }
@@ -277,7 +277,7 @@ impl VirtualRobot {
     pub(super) fn set_watchdog(&mut self, seconds: f32) {
         let was_on = self.text.watchdog.is_some();
         if seconds > 0.0 {
-            self.text.watchdog = Some(self.now + Duration::from_secs_f32(seconds));
+            self.text.watchdog = Some(self.now + duration(seconds));
             if !was_on {
                 self.answer(Code(2177), "1");
             }
@@ -288,8 +288,7 @@ impl VirtualRobot {
     }
 
     fn set_robot_name(&mut self, name: &str) -> Result<(), Code> {
-        let is_good = |letter: u8| letter.is_ascii_alphanumeric() || letter == b'-';
-        if name.is_empty() || name.starts_with('-') || !name.bytes().all(is_good) {
+        if !NetworkSettings::is_robot_name(name) {
             return Err(Code::ARGUMENT_ERROR);
         }
         self.deactivated()?;
@@ -305,6 +304,11 @@ impl VirtualRobot {
             self.say(Port::Control, Code(3036), "TCP dump capture stopped.");
         }
     }
+}
+
+/// Whole microseconds, so that 0.1 s is 100 ms and not the nearest Real.
+fn duration(seconds: f32) -> Duration {
+    Duration::from_micros((f64::from(seconds) * 1e6 + 0.5) as u64)
 }
 
 fn fieldbus_mode(number: f32) -> FieldbusMode {

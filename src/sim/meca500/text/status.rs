@@ -175,12 +175,14 @@ impl VirtualRobot {
                 old.is_none_or(|old| $(old.$field != new.$field)||+)
             };
         }
-        tell(2007, differs!(status), &|| format::integers(new.status));
-        tell(2015, differs!(time_scaling), &|| format::number(new.time_scaling));
+        // Before 2007: the vendor's client takes the recovery mode of a new connection from here only
+        // as long as it knows no status. Source: client
         if differs!(recovery_mode) {
             let code = if new.recovery_mode { Code(2049) } else { Code(2050) };
             tell(code.0, true, &|| format::message(code, None));
         }
+        tell(2007, differs!(status), &|| format::integers(new.status));
+        tell(2015, differs!(time_scaling), &|| format::number(new.time_scaling));
         let is_gripper = self.tool.is_gripper();
         tell(2079, differs!(gripper), &|| format::integers(new.gripper));
         tell(2086, differs!(tool_version), &|| self.tool_version());
