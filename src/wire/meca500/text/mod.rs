@@ -22,6 +22,7 @@
 //! What the codes mean is in [`code`](super::code).
 
 mod accessory;
+mod answers;
 mod control;
 mod data;
 mod error;
@@ -36,6 +37,7 @@ mod spec;
 mod variable;
 mod work_zone;
 
+pub use answers::AllowedState;
 pub use error::{SyntaxError, SyntaxErrorReason, error_code};
 pub use message::{
     Message, MessageError, MessageValue, MessageValues, MessageWriter, RobotNumber, write_message,
