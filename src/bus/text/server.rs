@@ -16,7 +16,8 @@ use crate::text_device::{LineProblem, TextDevice};
 use crate::time::Instant;
 
 /// What the second control connection is told before it is closed. Source: PM Table 1.
-pub const ANOTHER_USER: &[u8] = b"[3001][Another user is already connected, closing connection.]\0";
+pub const ANOTHER_USER: &[u8] =
+    concat!("[3001]", "[Another user is already connected, closing connection.]\0").as_bytes();
 
 /// Messages that are taken from the robot at once; any more wait for the next call.
 const AT_ONCE: usize = 4096;
