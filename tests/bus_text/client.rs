@@ -163,6 +163,9 @@ fn a_refused_connection_is_seen() {
     hear(&mut session, "[3001][Another user is already connected, closing connection.]");
     assert_eq!(session.phase(), Phase::Refused(Code::ANOTHER_USER));
     session.disconnected();
+    assert_eq!(session.phase(), Phase::Refused(Code::ANOTHER_USER));
+    session.connected(Instant::ZERO);
+    session.disconnected();
     assert_eq!(session.phase(), Phase::Closed);
 }
 

@@ -29,11 +29,13 @@ pub(crate) struct ScriptedDevice {
     pub(crate) snapshot: Vec<String>,
     /// A message for all monitoring connections with this period.
     pub(crate) interval: Option<Duration>,
-    next_report: Instant,
-    homed_at: Option<Instant>,
+    pub(crate) next_report: Instant,
+    pub(crate) homed_at: Option<Instant>,
     pub(crate) is_free: bool,
     pub(crate) is_on_text: bool,
     pub(crate) drops: bool,
+    /// Whether it answers nothing.
+    pub(crate) mute: bool,
     pub(crate) now: Instant,
     pub(crate) is_open: bool,
 }
@@ -51,6 +53,7 @@ impl Default for ScriptedDevice {
             is_free: true,
             is_on_text: true,
             drops: false,
+            mute: false,
             now: Instant::ZERO,
             is_open: false,
         }
@@ -108,6 +111,9 @@ impl TextDevice for ScriptedDevice {
         assert!(self.is_open, "a command and nobody is connected");
         assert!(!line.trim().is_empty() && line.bytes().all(|b| matches!(b, b' '..=b'~' | b'\t')));
         self.told.push(Told::Command(line.to_owned()));
+        if self.mute {
+            return;
+        }
         let (name, rest) = line.trim_start_matches('-').split_once('(').unwrap_or((line, ""));
         let argument = rest.trim_end_matches(')');
         match name {

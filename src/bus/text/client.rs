@@ -210,9 +210,11 @@ impl<const PENDING: usize, const OUT: usize> ClientSession<PENDING, OUT> {
         (self.heard_at, self.fed_at, self.asked_at) = (now, now, now);
     }
 
-    /// The connection is gone. Who waited waits in vain.
+    /// The connection is gone. Who waited waits in vain. A refusal stays known until the next connection.
     pub fn disconnected(&mut self) {
-        self.phase = Phase::Closed;
+        if !matches!(self.phase, Phase::Refused(_)) {
+            self.phase = Phase::Closed;
+        }
         self.outbox.clear();
         self.pending = [None; PENDING];
     }

@@ -39,5 +39,5 @@ pub const MAX_COMMAND: usize = 4096;
 pub const MAX_MESSAGE: usize = 65_536;
 /// Bytes that a server keeps for a peer that does not read.
 ///
-/// Source: choice. About two seconds of monitoring messages at the default interval.
-pub const OUTBOX: usize = 131_072;
+/// Source: choice. About a second of monitoring messages at the default interval.
+pub const OUTBOX: usize = 65_536;

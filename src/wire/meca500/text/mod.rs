@@ -26,6 +26,7 @@ mod answers;
 mod control;
 mod data;
 mod error;
+mod format;
 mod message;
 mod motion;
 mod names;
@@ -39,6 +40,7 @@ mod work_zone;
 
 pub use answers::AllowedState;
 pub use error::{SyntaxError, SyntaxErrorReason, error_code};
+pub use format::CommandText;
 pub use message::{
     Message, MessageError, MessageValue, MessageValues, MessageWriter, RobotNumber, write_message,
 };
