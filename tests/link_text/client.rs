@@ -59,7 +59,10 @@ fn an_unquoted_error_ends_the_motion_before_the_sync() {
 #[test]
 fn everything_can_be_awaited() {
     let served = Served::start(ScriptedDevice::default());
-    let client = connect(&served);
+    let connecting = Client::connecting(served.endpoints.control, ClientOptions::default());
+    let client = block_on(connecting).unwrap();
+    let refused = block_on(Client::connecting(served.endpoints.control, short())).unwrap_err();
+    assert!(matches!(refused, ConnectError::Refused(Code::ANOTHER_USER)), "{refused}");
     let messages = client.messages();
     block_on(async {
         let home = client.send("Home").unwrap();
@@ -82,7 +85,6 @@ fn everything_can_be_awaited() {
 #[test]
 fn checkpoints_are_reached_or_discarded_in_their_order() {
     let served = Served::start(ScriptedDevice::default());
-    // Answers nothing by itself to this spelling; the test answers in its place.
     let client = connect(&served);
     let mut first = client.checkpoint(1).unwrap();
     first.wait(LONG).unwrap();

@@ -2,10 +2,11 @@
 
 use core::future::Future;
 use core::pin::Pin;
-use core::task::{Context, Poll};
+use core::task::{Context, Poll, Waker};
 use std::format;
 use std::net::SocketAddr;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
 
 use super::answer::{Answer, Checkpoint, Reply};
 use super::connection::{Connection, Role, Session, Shared};
@@ -53,6 +54,29 @@ impl Client {
     pub fn connect(address: SocketAddr, options: ClientOptions) -> Result<Self, ConnectError> {
         let connection = Self::open(address, options)?;
         Ok(Self { connection, address, options })
+    }
+
+    /// The same, for async code of any runtime; a thread waits meanwhile.
+    pub fn connecting(address: SocketAddr, options: ClientOptions) -> Connecting {
+        let place = Arc::new(Mutex::new(Place::default()));
+        let with_thread = Arc::clone(&place);
+        let connect = move || {
+            let result = Self::connect(address, options);
+            let waker = {
+                let mut place = with_thread.lock().unwrap_or_else(PoisonError::into_inner);
+                place.result = Some(result);
+                place.waker.take()
+            };
+            if let Some(waker) = waker {
+                waker.wake();
+            }
+        };
+        let thread = thread::Builder::new().name("robot text connects".into()).spawn(connect);
+        if let Err(cause) = thread {
+            let mut place = place.lock().unwrap_or_else(PoisonError::into_inner);
+            place.result = Some(Err(ConnectError::Socket { address, cause }));
+        }
+        Connecting { place }
     }
 
     fn open(address: SocketAddr, options: ClientOptions) -> Result<Connection, ConnectError> {
@@ -194,6 +218,36 @@ impl Client {
     #[must_use]
     pub fn ended(&self) -> Option<EndReason> {
         self.shared().lock().ended
+    }
+}
+
+/// Where the thread that connects leaves what came of it.
+#[derive(Debug, Default)]
+struct Place {
+    result: Option<Result<Client, ConnectError>>,
+    waker: Option<Waker>,
+}
+
+/// A connection that comes up; see [`Client::connecting`]. When it is dropped, the connection is closed
+/// as soon as it is there.
+#[must_use = "a future does nothing until it is awaited"]
+#[derive(Debug)]
+pub struct Connecting {
+    place: Arc<Mutex<Place>>,
+}
+
+impl Future for Connecting {
+    type Output = Result<Client, ConnectError>;
+
+    fn poll(self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Self::Output> {
+        let mut place = self.place.lock().unwrap_or_else(PoisonError::into_inner);
+        match place.result.take() {
+            Some(result) => Poll::Ready(result),
+            None => {
+                place.waker = Some(context.waker().clone());
+                Poll::Pending
+            }
+        }
     }
 }
 

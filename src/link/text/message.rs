@@ -6,6 +6,7 @@ use core::task::{Context, Poll, Waker};
 use std::collections::VecDeque;
 use std::string::{String, ToString};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard};
+use std::vec::Vec;
 
 use super::error::EndReason;
 use crate::link::clock::MonotonicClock;
@@ -52,7 +53,7 @@ struct Kept {
     messages: VecDeque<OwnedMessage>,
     missed: u64,
     ended: Option<EndReason>,
-    waker: Option<Waker>,
+    wakers: Vec<Waker>,
 }
 
 /// What the reading thread and the reader share.
@@ -71,12 +72,10 @@ impl Queue {
     fn change(&self, change: impl FnOnce(&mut Kept)) {
         let mut kept = self.lock();
         change(&mut kept);
-        let waker = kept.waker.take();
+        let wakers = core::mem::take(&mut kept.wakers);
         drop(kept);
         self.changed.notify_all();
-        if let Some(waker) = waker {
-            waker.wake();
-        }
+        wakers.into_iter().for_each(Waker::wake);
     }
 
     pub(super) fn push(&self, message: OwnedMessage) {
@@ -126,7 +125,7 @@ impl Messages {
         }
     }
 
-    /// The next message, for async code of any runtime.
+    /// The next message, for async code of any runtime. Of several who wait at once, one gets it.
     pub const fn next(&self) -> NextMessage<'_> {
         NextMessage { messages: self }
     }
@@ -156,7 +155,9 @@ impl Future for NextMessage<'_> {
         if let Some(reason) = kept.ended {
             return Poll::Ready(Err(reason));
         }
-        kept.waker = Some(context.waker().clone());
+        if !kept.wakers.iter().any(|waker| waker.will_wake(context.waker())) {
+            kept.wakers.push(context.waker().clone());
+        }
         Poll::Pending
     }
 }

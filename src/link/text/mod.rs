@@ -18,6 +18,11 @@
 //! println!("{:?}", client.state().joints);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! In async code the same things are awaited, on any runtime, since a thread of the client's own waits for
+//! the network: `Client::connecting(address, options).await?`, `client.send("Home")?.await?`,
+//! `client.checkpoint(1)?.await?`, `client.until(|state| ...).await?`, `messages.next().await?`. Limits are
+//! the runtime's business there.
 
 mod answer;
 mod client;
@@ -29,7 +34,7 @@ mod ports;
 mod server;
 
 pub use answer::{Answer, Checkpoint, Reply};
-pub use client::{Client, ClientOptions, StateReached};
+pub use client::{Client, ClientOptions, Connecting, StateReached};
 pub use error::{AnswerError, BindError, ConnectError, EndReason, Port};
 pub use message::{Messages, NextMessage, OwnedMessage};
 pub use monitor::Monitor;

@@ -43,7 +43,7 @@ pub const KEEP_ALIVES_LOST: u32 = 3;
 /// How long nothing is accepted or bound after the system refused.
 const REST: Duration = Duration::from_millis(100);
 /// Connections that wait to be accepted.
-const WAITING: i32 = 64;
+const WAITING: i32 = 256;
 /// Connections accepted, and reads from one connection, in one pass.
 const AT_ONCE: usize = 16;
 /// Events kept for a caller that does not ask.
@@ -485,5 +485,27 @@ impl TextPorts {
             let is_gone = matches!(moved(one.stream.read(room)), Moved::Gone);
             !is_gone && now < one.until
         });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_peer_that_vanished_is_looked_for() {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let _peer = TcpStream::connect(listener.local_addr().unwrap()).unwrap();
+        let (stream, _) = listener.accept().unwrap();
+        prepare(&stream).unwrap();
+        let socket = SockRef::from(&stream);
+        assert!(socket.keepalive().unwrap() && socket.tcp_nodelay().unwrap());
+        #[cfg(target_os = "linux")]
+        {
+            assert_eq!(socket.tcp_keepalive_time().unwrap(), KEEP_ALIVE);
+            assert_eq!(socket.tcp_keepalive_interval().unwrap(), KEEP_ALIVE);
+            assert_eq!(socket.tcp_keepalive_retries().unwrap(), KEEP_ALIVES_LOST);
+            assert_eq!(socket.tcp_user_timeout().unwrap(), Some(Duration::from_secs(4)));
+        }
     }
 }
