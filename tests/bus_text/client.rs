@@ -119,6 +119,33 @@ fn a_sync_accepts_what_came_before_it() {
 }
 
 #[test]
+fn a_checkpoint_ends_by_its_number_and_accepts_what_came_before_it() {
+    let mut session = ready(ClientSettings::default());
+    session.submit("MoveJoints(0,0,0,0,0,0)").unwrap();
+    let first = session.submit("SetCheckpoint(1)").unwrap();
+    let variable = session.submit("GetVariable(a)").unwrap();
+    let motion = session.submit("Delay(1)").unwrap();
+    let second = session.submit("SetCheckpoint( 2 )").unwrap();
+    let third = session.submit("-SetCheckpoint(2)").unwrap();
+    // About a variable, not about motion.
+    assert_eq!(
+        hear(&mut session, "[1551][Variable a does not exist]"),
+        [Some((variable, Outcome::Refused(Code::GET_VARIABLE_FAILED)))]
+    );
+    let (ends, accepted) = hear_all(&mut session, Instant::ZERO, "[3030][3]|[3030][1]");
+    assert_eq!((ends, accepted), (vec![None, Some((first, Outcome::Answered))], Some(first)));
+    assert_eq!(
+        hear(&mut session, "[1016][Out of reach.]|[3040][2]|[3030][2]"),
+        [
+            Some((motion, Outcome::Refused(Code::OUT_OF_REACH))),
+            Some((second, Outcome::Discarded)),
+            Some((third, Outcome::Answered))
+        ]
+    );
+    assert_eq!(session.pending().count(), 0);
+}
+
+#[test]
 fn commands_of_no_table_have_the_answers_that_the_caller_names() {
     let mut session = ready(ClientSettings::default());
     let id = session.submit_expecting("GetFwVersionFull", &[Code(2082)]).unwrap();

@@ -8,8 +8,9 @@
 //! * An error that quotes a command belongs to the oldest request with that name, any other error to
 //!   the oldest that may fail with it: one whose chapter names the error or asks for a state, or one
 //!   that has no answer, as motion commands. Where none fits it is news, not an answer.
-//! * A command without an answer is accepted when a later SyncCmdQueue is answered and no error came
-//!   before: the robot reads its lines in order.
+//! * A checkpoint that is reached or discarded is the oldest with its number.
+//! * A command without an answer is accepted when a later SyncCmdQueue is answered, or a later checkpoint
+//!   reached, and no error came before: the robot reads its lines in order.
 //!
 //! The rules are choices made from the manual's tables; what a robot does not say cannot be known better.
 //! A copy of the monitoring port on the control port (SetCtrlPortMonitoring) may answer a request for the
@@ -84,6 +85,8 @@ pub enum SubmitError {
 pub enum Outcome {
     /// The message is its answer.
     Answered,
+    /// The checkpoint will never be reached.
+    Discarded,
     /// The message is an error, and most likely its own.
     Refused(Code),
 }
@@ -95,7 +98,8 @@ pub struct Received<'a> {
     pub message: Message<'a>,
     /// The request that it ends.
     pub ends: Option<(RequestId, Outcome)>,
-    /// Requests without an answer that were submitted before this one are accepted.
+    /// Requests without an answer that were submitted before this one are accepted, as far as they have
+    /// not ended yet.
     pub accepts_before: Option<RequestId>,
 }
 
@@ -122,23 +126,56 @@ pub enum Phase {
     Refused(Code),
 }
 
+/// What ends a request well.
+#[derive(Clone, Copy, Debug)]
+enum Expects {
+    /// Nothing of its own.
+    Nothing,
+    /// A message with one of these codes.
+    Codes(&'static [Code]),
+    /// The answer to SyncCmdQueue with this number.
+    Sync(u32),
+    /// The end of the checkpoint with this number.
+    Checkpoint(u16),
+}
+
 #[derive(Clone, Copy, Debug)]
 struct Request {
     id: RequestId,
     name: Option<&'static str>,
-    answers: &'static [Code],
-    /// The number of a SyncCmdQueue.
-    sync: Option<u32>,
+    expects: Expects,
+}
+
+/// Errors that may be about a queued command, when it is read or when it is executed. Source: PM Table 1.
+const fn is_of_motion(code: Code) -> bool {
+    matches!(code.0, 1000 | 1005..=1012 | 1016 | 1023 | 1031 | 1033 | 1038 | 1040..=1041 | 3051)
 }
 
 impl Request {
+    fn of(id: RequestId, line: &str, answers: &'static [Code]) -> Self {
+        let (name, argument) = command_of(line);
+        let name = TextCommandSpec::by_name(name).map(|spec| spec.name);
+        let number = || argument.parse::<u32>().ok();
+        let checkpoint = || number().and_then(|number| u16::try_from(number).ok());
+        let expects = match name {
+            Some("SyncCmdQueue") => number().map(Expects::Sync),
+            Some("SetCheckpoint") => checkpoint().map(Expects::Checkpoint),
+            _ => None,
+        };
+        let by_code = if answers.is_empty() { Expects::Nothing } else { Expects::Codes(answers) };
+        Self { id, name, expects: expects.unwrap_or(by_code) }
+    }
+
     fn is_silent(&self) -> bool {
-        self.answers.is_empty()
+        matches!(self.expects, Expects::Nothing)
     }
 
     fn may_fail_with(&self, code: Code) -> bool {
-        if self.is_silent() || matches!(code, Code::IN_ERROR | Code::COMMAND_FAILED) {
+        if code == Code::IN_ERROR || code == Code::COMMAND_FAILED {
             return true;
+        }
+        if matches!(self.expects, Expects::Nothing | Expects::Checkpoint(_)) {
+            return is_of_motion(code);
         }
         let Some(spec) = self.name.and_then(TextCommandSpec::by_name) else { return false };
         let is_of_the_state = matches!(
@@ -151,6 +188,44 @@ impl Request {
         let minds_the_state = spec.allowed_state() != AllowedState::Any;
         (is_of_the_state && minds_the_state) || spec.errors().any(|error| error == code)
     }
+
+    /// How a message ends it, if it does.
+    fn outcome(&self, message: &Message<'_>, news: &News<'_>) -> Option<Outcome> {
+        let code = message.code;
+        let has_number = |number: i64| news.number == Some(number);
+        let is_answer = match self.expects {
+            Expects::Nothing => false,
+            Expects::Codes(codes) => codes.contains(&code),
+            Expects::Sync(number) => code == Code(2097) && has_number(number.into()),
+            Expects::Checkpoint(number) => match code {
+                Code::CHECKPOINT_DISCARDED if has_number(number.into()) => {
+                    return Some(Outcome::Discarded);
+                }
+                code => code == Code::CHECKPOINT_REACHED && has_number(number.into()),
+            },
+        };
+        if is_answer {
+            return Some(Outcome::Answered);
+        }
+        let is_its_own = news.is_error
+            && match news.quoted {
+                Some(name) => match self.name {
+                    Some(own) => own == name,
+                    None => TextCommandSpec::by_name(name).is_none(),
+                },
+                None => self.may_fail_with(code),
+            };
+        is_its_own.then_some(Outcome::Refused(code))
+    }
+}
+
+/// What of a message is looked at again for each request.
+struct News<'a> {
+    is_error: bool,
+    /// The command that it quotes.
+    quoted: Option<&'a str>,
+    /// Its first value.
+    number: Option<i64>,
 }
 
 /// The PC's end of a control connection: at most `PENDING` requests wait, `OUT` bytes wait to be sent.
@@ -170,14 +245,12 @@ pub struct ClientSession<const PENDING: usize, const OUT: usize> {
     asked_at: Instant,
 }
 
-/// The command of a line, and a SyncCmdQueue's number.
-fn command_of(line: &str) -> (&str, Option<u32>) {
+/// The command of a line and what stands in its parentheses.
+fn command_of(line: &str) -> (&str, &str) {
     let line = line.trim();
     let line = line.strip_prefix('-').unwrap_or(line).trim_start();
     let (name, rest) = line.split_once('(').unwrap_or((line, ""));
-    let name = name.trim_end();
-    let number = rest.split_once(')').and_then(|(number, _)| number.trim().parse().ok());
-    (name, if name == "SyncCmdQueue" { number } else { None })
+    (name.trim_end(), rest.strip_suffix(')').unwrap_or(rest).trim())
 }
 
 impl<const PENDING: usize, const OUT: usize> ClientSession<PENDING, OUT> {
@@ -257,14 +330,12 @@ impl<const PENDING: usize, const OUT: usize> ClientSession<PENDING, OUT> {
         answers: &'static [Code],
     ) -> Result<RequestId, SubmitError> {
         self.check(line)?;
-        let (name, sync) = command_of(line);
-        let name = TextCommandSpec::by_name(name).map(|spec| spec.name);
         self.make_place()?;
         self.send(line)?;
         self.last_id += 1;
         let id = RequestId(self.last_id);
         if let Some(slot) = self.pending.iter_mut().find(|slot| slot.is_none()) {
-            *slot = Some(Request { id, name, answers, sync });
+            *slot = Some(Request::of(id, line, answers));
         }
         Ok(id)
     }
@@ -373,31 +444,21 @@ impl<const PENDING: usize, const OUT: usize> ClientSession<PENDING, OUT> {
         pending: &mut [Option<Request>; PENDING],
         message: &Message<'_>,
     ) -> (Option<(RequestId, Outcome)>, Option<RequestId>) {
-        let code = message.code;
-        let is_error = code.describe().is_some_and(|info| info.kind == CodeKind::Error);
-        let quoted = message.quoted_command().map(|command| command_of(command).0);
-        let sync = message.values().next().and_then(|value| value.integer());
-        let fits = |request: &Request| {
-            if request.answers.contains(&code) {
-                return request.sync.is_none_or(|number| sync == Some(i64::from(number)));
-            }
-            match quoted {
-                _ if !is_error => false,
-                Some(name) => match request.name {
-                    Some(own) => own == name,
-                    None => TextCommandSpec::by_name(name).is_none(),
-                },
-                None => request.may_fail_with(code),
-            }
+        let news = News {
+            is_error: message.code.describe().is_some_and(|info| info.kind == CodeKind::Error),
+            quoted: message.quoted_command().map(|command| command_of(command).0),
+            number: message.values().next().and_then(|value| value.integer()),
         };
-        let place = pending.iter().position(|slot| slot.as_ref().is_some_and(fits));
-        let Some(request) = place.and_then(|place| Self::take(pending, place)) else {
-            return (None, None);
+        let outcome_of = |(place, request): (usize, &Option<Request>)| {
+            Some((place, request.as_ref()?.outcome(message, &news)?))
         };
-        let is_answer = request.answers.contains(&code);
-        let outcome = if is_answer { Outcome::Answered } else { Outcome::Refused(code) };
-        let accepts = (is_answer && request.sync.is_some()).then_some(request.id);
-        if accepts.is_some() {
+        let found = pending.iter().enumerate().find_map(outcome_of);
+        let ended = found.and_then(|(place, outcome)| Some((Self::take(pending, place)?, outcome)));
+        let Some((request, outcome)) = ended else { return (None, None) };
+        let proves = matches!(request.expects, Expects::Sync(_) | Expects::Checkpoint(_))
+            && !matches!(outcome, Outcome::Refused(_));
+        let accepts = proves.then_some(request.id);
+        if proves {
             Self::forget_silent_before(pending, request.id);
         }
         (Some((request.id, outcome)), accepts)

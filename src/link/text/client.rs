@@ -110,7 +110,8 @@ impl Client {
     ///
     /// [`AnswerError::Submit`] or [`AnswerError::Ended`].
     pub fn send(&self, command: &str) -> Result<Answer, AnswerError> {
-        let id = self.shared().submit(true, None, |session| session.submit(command))?;
+        let is_silent = has_no_answer(command);
+        let id = self.shared().submit(is_silent, |session| session.submit(command))?;
         Ok(Answer::new(Arc::clone(self.shared()), id))
     }
 
@@ -125,7 +126,7 @@ impl Client {
         answers: &'static [Code],
     ) -> Result<Answer, AnswerError> {
         let submit = |session: &mut Session| session.submit_expecting(line, answers);
-        let id = self.shared().submit(true, None, submit)?;
+        let id = self.shared().submit(answers.is_empty(), submit)?;
         Ok(Answer::new(Arc::clone(self.shared()), id))
     }
 
@@ -146,7 +147,7 @@ impl Client {
     /// As [`send`](Self::send).
     pub fn sync(&self) -> Result<Answer, AnswerError> {
         let submit = Session::submit_sync;
-        let id = self.shared().submit(false, None, submit)?;
+        let id = self.shared().submit(false, submit)?;
         Ok(Answer::new(Arc::clone(self.shared()), id))
     }
 
@@ -173,7 +174,7 @@ impl Client {
     /// As [`send`](Self::send); a number out of range is refused by the robot.
     pub fn checkpoint(&self, number: u16) -> Result<Checkpoint, AnswerError> {
         let line = format!("SetCheckpoint({number})");
-        let id = self.shared().submit(false, Some(number), |session| session.submit(&line))?;
+        let id = self.shared().submit(false, |session| session.submit(&line))?;
         Ok(Checkpoint { answer: Answer::new(Arc::clone(self.shared()), id), number })
     }
 

@@ -8,7 +8,7 @@
 //! the network or while waking others.
 
 use core::task::Waker;
-use std::collections::{HashMap, VecDeque};
+use std::collections::HashMap;
 use std::io::{ErrorKind, Read, Write};
 use std::net::{Shutdown, SocketAddr, TcpStream};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, Weak};
@@ -26,7 +26,6 @@ use crate::bus::text::client::{
 };
 use crate::link::clock::MonotonicClock;
 use crate::time::{Duration, Instant};
-use crate::wire::meca500::code::Code;
 
 /// Longest sleep of the thread.
 const IDLE: Duration = Duration::from_millis(20);
@@ -42,8 +41,6 @@ struct Wait {
     waker: Option<Waker>,
     /// Whether the acceptance of a command that has no answer ends it.
     takes_acceptance: bool,
-    /// For a checkpoint: its number.
-    checkpoint: Option<u16>,
 }
 
 /// Everything behind the lock.
@@ -53,8 +50,6 @@ pub(super) struct Inner {
     stream: Option<TcpStream>,
     pub(super) ended: Option<EndReason>,
     waits: HashMap<RequestId, Wait>,
-    /// Checkpoints that are waited for, in the order of their sending.
-    checkpoints: VecDeque<RequestId>,
     watchers: Vec<Waker>,
     queues: Vec<Weak<Queue>>,
 }
@@ -114,7 +109,6 @@ impl Shared {
     pub(super) fn submit(
         &self,
         takes_acceptance: bool,
-        checkpoint: Option<u16>,
         submit: impl FnOnce(&mut Session) -> Result<RequestId, SubmitError>,
     ) -> Result<RequestId, AnswerError> {
         let mut inner = self.lock();
@@ -122,11 +116,8 @@ impl Shared {
             return Err(AnswerError::Ended(reason));
         }
         let id = submit(&mut inner.session)?;
-        let wait = Wait { takes_acceptance, checkpoint, ..Wait::default() };
+        let wait = Wait { takes_acceptance, ..Wait::default() };
         inner.waits.insert(id, wait);
-        if checkpoint.is_some() {
-            inner.checkpoints.push_back(id);
-        }
         inner.flush();
         Ok(id)
     }
@@ -144,9 +135,7 @@ impl Shared {
 
     /// Forgets a request that nobody waits for any more.
     pub(super) fn forget(&self, id: RequestId) {
-        let mut inner = self.lock();
-        inner.waits.remove(&id);
-        inner.checkpoints.retain(|other| *other != id);
+        self.lock().waits.remove(&id);
     }
 }
 
@@ -193,7 +182,6 @@ impl Inner {
         result: Result<Reply, AnswerError>,
         woken: &mut Vec<Waker>,
     ) {
-        self.checkpoints.retain(|other| *other != id);
         if let Some(wait) = self.waits.get_mut(&id)
             && wait.result.is_none()
         {
@@ -227,6 +215,7 @@ impl Inner {
         if let Some((id, outcome)) = ends.request {
             match outcome {
                 Outcome::Answered => self.end_wait(id, Ok(Reply::Message(message.clone())), woken),
+                Outcome::Discarded => self.end_wait(id, Err(AnswerError::Discarded), woken),
                 Outcome::Refused(code) => {
                     let text = message.body.clone();
                     self.end_wait(id, Err(AnswerError::Refused { code, text }), woken);
@@ -242,9 +231,6 @@ impl Inner {
                 self.end_wait(id, Ok(Reply::Accepted), woken);
             }
         }
-        if matches!(message.code, Code::CHECKPOINT_REACHED | Code::CHECKPOINT_DISCARDED) {
-            self.deliver_checkpoint(message, woken);
-        }
         self.queues.retain(|queue| match queue.upgrade() {
             Some(queue) => {
                 queue.push(message.clone());
@@ -253,22 +239,6 @@ impl Inner {
             None => false,
         });
         woken.append(&mut self.watchers);
-    }
-
-    /// A checkpoint belongs to the oldest who waits for its number.
-    fn deliver_checkpoint(&mut self, message: &OwnedMessage, woken: &mut Vec<Waker>) {
-        let number = message.as_message().number();
-        let is_it = |id: &&RequestId| {
-            let wait = self.waits.get(id);
-            wait.and_then(|wait| wait.checkpoint).map(f64::from) == number
-        };
-        let Some(id) = self.checkpoints.iter().find(is_it).copied() else { return };
-        let result = if message.code == Code::CHECKPOINT_REACHED {
-            Ok(Reply::Message(message.clone()))
-        } else {
-            Err(AnswerError::Discarded)
-        };
-        self.end_wait(id, result, woken);
     }
 }
 
@@ -300,7 +270,6 @@ impl Connection {
             stream: Some(stream),
             ended: None,
             waits: HashMap::new(),
-            checkpoints: VecDeque::new(),
             watchers: Vec::new(),
             queues: match role {
                 Role::Control => Vec::new(),
