@@ -134,7 +134,7 @@ fn every_motion_command_has_a_text_that_means_the_same() {
         };
         if arguments == [0.0; 6] {
             for (number, argument) in arguments.iter_mut().zip(spec.arguments) {
-                *number = argument.range.max(Revision::R3).unwrap_or(1.25) as f32;
+                *number = argument.range.max(Revision::R3).unwrap_or(1.25);
             }
         }
         let command = MotionCommand::decode(spec.id, arguments);
