@@ -1,10 +1,11 @@
 //! Messages of the robot, and what of the command language they share: texts, lists, error codes.
 
 use fieldarm::wire::meca500::code::Code;
+use fieldarm::wire::meca500::command::{COMMANDS, MotionCommand, MotionCommandId};
 use fieldarm::wire::meca500::revision::Revision;
 use fieldarm::wire::meca500::text::{
-    Message, MessageError, MessageValue, MessageWriter, RobotNumber, Value, error_code,
-    parse_command, parse_line, write_message,
+    CommandText, Message, MessageError, MessageValue, MessageWriter, RobotNumber, Statement, Value,
+    error_code, parse_command, parse_line, write_message,
 };
 use proptest::prelude::*;
 
@@ -120,6 +121,43 @@ fn messages_are_written_without_blanks_or_ends_of_line() {
     line.clear();
     write_message(&mut line, Code(7), format_args!("")).unwrap();
     assert_eq!(line, "[0007][]");
+}
+
+#[test]
+fn every_motion_command_has_a_text_that_means_the_same() {
+    let mut with_text = 0;
+    for spec in COMMANDS {
+        let mut arguments = match spec.id {
+            MotionCommandId::SET_WORK_ZONE_LIMITS => [-1.5, -2.0, -3.0, 1.0, 2.0, 3.0],
+            MotionCommandId::SET_JOINT_LIMITS => [6.0, -100.0, 100.5, 0.0, 0.0, 0.0],
+            _ => [0.0; 6],
+        };
+        if arguments == [0.0; 6] {
+            for (number, argument) in arguments.iter_mut().zip(spec.arguments) {
+                *number = argument.range.max(Revision::R3).unwrap_or(1.25);
+            }
+        }
+        let command = MotionCommand::decode(spec.id, arguments);
+        let Some(text) = CommandText::of(&command) else {
+            let on_a_bus_only = [MotionCommandId::NO_MOVEMENT, MotionCommandId::CLEAR_HOMING];
+            let is_variable = spec.id == MotionCommandId::VARIABLE_FIRST;
+            assert!(on_a_bus_only.contains(&spec.id) || is_variable || !spec.available, "{spec:?}");
+            continue;
+        };
+        let text = text.to_string();
+        let statement = Statement::parse(&text, Revision::R4);
+        let statement = statement.unwrap_or_else(|error| panic!("{text}: {error}")).unwrap();
+        match statement {
+            Statement::Motion(again) => assert_eq!(again, command, "{text}"),
+            Statement::Velocity(again) => assert_eq!(MotionCommand::from(again), command, "{text}"),
+            other => panic!("{text}: {other:?}"),
+        }
+        with_text += 1;
+    }
+    assert!(with_text > 40, "{with_text}");
+    let exact = MotionCommand::MoveJoints([0.1, -1.0 / 3.0, 1e-7, 0.0, 0.0, 36_000.0]);
+    let text = CommandText::of(&exact).unwrap().to_string();
+    assert_eq!(text, "MoveJoints(0.1,-0.33333334,0.0000001,0,0,36000)");
 }
 
 proptest! {

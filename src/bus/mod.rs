@@ -3,3 +3,4 @@
 //! Nothing here opens a socket or reads a clock; `link` does that on top.
 
 pub mod ethercat;
+pub mod text;

@@ -10,3 +10,5 @@ pub mod clock;
 pub mod direct;
 #[cfg(feature = "ethercat")]
 pub mod ethercat;
+#[cfg(feature = "text")]
+pub mod text;

@@ -87,8 +87,16 @@ impl<'a> Message<'a> {
 
 impl fmt::Display for Message<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "[{:04}][{}]", self.code.0, self.body)
+        write_code(f, self.code)?;
+        f.write_str(self.body)?;
+        f.write_char(']')
     }
+}
+
+/// Up to the bracket that opens the body.
+fn write_code<W: Write + ?Sized>(into: &mut W, code: Code) -> fmt::Result {
+    write!(into, "[{:04}]", code.0)?;
+    into.write_char('[')
 }
 
 fn code_of(text: &str) -> Option<(Code, &str)> {
@@ -258,7 +266,7 @@ impl<'a, W: Write + ?Sized> MessageWriter<'a, W> {
     ///
     /// `into` has no room; so everywhere below.
     pub fn begin(into: &'a mut W, code: Code) -> Result<Self, fmt::Error> {
-        write!(into, "[{:04}][", code.0)?;
+        write_code(into, code)?;
         Ok(Self { into, needs_comma: false })
     }
 
@@ -350,7 +358,7 @@ pub fn write_message<W: Write + ?Sized>(
     code: Code,
     body: fmt::Arguments<'_>,
 ) -> fmt::Result {
-    write!(into, "[{:04}][", code.0)?;
+    write_code(into, code)?;
     OneLine(into).write_fmt(body)?;
     into.write_char(']')
 }

@@ -22,9 +22,11 @@
 //! What the codes mean is in [`code`](super::code).
 
 mod accessory;
+mod answers;
 mod control;
 mod data;
 mod error;
+mod format;
 mod message;
 mod motion;
 mod names;
@@ -36,7 +38,9 @@ mod spec;
 mod variable;
 mod work_zone;
 
+pub use answers::AllowedState;
 pub use error::{SyntaxError, SyntaxErrorReason, error_code};
+pub use format::CommandText;
 pub use message::{
     Message, MessageError, MessageValue, MessageValues, MessageWriter, RobotNumber, write_message,
 };
