@@ -16,8 +16,8 @@ use crate::wire::meca500::command::{
     CommandKind, MotionCommand, Requirement, VelocityCommand, WorkZoneLimits,
 };
 
-/// Highest checkpoint: the manual's 8000, and those the vendor's client keeps for itself.
-const MOST_CHECKPOINTS: u16 = 8191;
+/// Checkpoints above the manual's 8000 that the vendor's client keeps for itself. Source: client
+const CLIENT_CHECKPOINTS: core::ops::RangeInclusive<u16> = 8001..=8191;
 
 /// What became of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,7 +35,22 @@ pub enum Verdict {
 impl VirtualRobot {
     /// Receives a command.
     pub fn receive(&mut self, command: &MotionCommand) -> Verdict {
-        match self.judge(command) {
+        let checked = self.check_arguments(command);
+        self.receive_checked(command, checked)
+    }
+
+    /// Receives a command of the text port, which takes the checkpoints of the vendor's client too.
+    pub(super) fn receive_by_text(&mut self, command: &MotionCommand) -> Verdict {
+        let is_clients = matches!(
+            command,
+            MotionCommand::SetCheckpoint(number) if CLIENT_CHECKPOINTS.contains(number)
+        );
+        let checked = if is_clients { Ok(()) } else { self.check_arguments(command) };
+        self.receive_checked(command, checked)
+    }
+
+    fn receive_checked(&mut self, command: &MotionCommand, checked: Result<(), Code>) -> Verdict {
+        match checked.and_then(|()| self.judge(command)) {
             Ok(verdict) => verdict,
             Err(code) => {
                 self.note_refusal(code);
@@ -49,7 +64,6 @@ impl VirtualRobot {
     }
 
     fn judge(&mut self, command: &MotionCommand) -> Result<Verdict, Code> {
-        self.check_arguments(command)?;
         let Some(spec) = command.spec() else { return Err(Code::UNKNOWN_COMMAND) };
         self.check_state(spec.requires)?;
         self.check_tool(command)?;
@@ -99,8 +113,6 @@ impl VirtualRobot {
                     .then_some(())
                     .ok_or(Code::ARGUMENT_ERROR);
             }
-            // The vendor's client uses numbers above the manual's 8000. Source: client
-            MotionCommand::SetCheckpoint(1..=MOST_CHECKPOINTS) => Ok(()),
             // As many arguments as the variable has are looked at when it is set.
             MotionCommand::SetVariable { .. } => Ok(()),
             _ => command.check(self.settings.revision),

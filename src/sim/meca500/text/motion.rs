@@ -23,7 +23,7 @@ impl VirtualRobot {
     /// never be reached, and is told as discarded: error mode and safety stops do so to those in the
     /// queue, and the vendor's client waits for it. Source: PM L2486, client
     pub(super) fn submit(&mut self, command: &MotionCommand) -> Result<(), Refused> {
-        let refused = match self.receive(command) {
+        let refused = match self.receive_by_text(command) {
             Verdict::Accepted => return Ok(()),
             Verdict::Refused(code) => Refused::Code(code),
             Verdict::Stopped => Refused::PStop2,
