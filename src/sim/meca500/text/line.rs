@@ -28,7 +28,8 @@ pub(super) fn judge(line: &str, error: &SyntaxError<'_>) -> Odd {
                 Odd::Motion(MotionCommand::MoveJoints(joints))
             }),
             "SetCheckpoint"
-                if error.value.fract() == 0.0 && (1.0..=8191.0).contains(&error.value) =>
+                if f32::from(error.value as u16) == error.value
+                    && (1.0..=8191.0).contains(&error.value) =>
             {
                 Odd::Motion(MotionCommand::SetCheckpoint(error.value as u16))
             }
