@@ -2,4 +2,5 @@
 //!
 //! Nothing here opens a socket or reads a clock; `link` does that on top.
 
+pub mod enip;
 pub mod ethercat;
