@@ -180,27 +180,25 @@ impl<N: Network> EnipSegment<N> {
 
     /// Remembers what an event during the start says; an end of all hope is an error.
     fn take_event(&mut self, event: ScannerEvent) -> Result<(), EnipError> {
-        let refused = self.refused_group;
-        let mut seat = |target: usize| self.seats.get_mut(target);
         match event {
             ScannerEvent::Opened { target, multicast, .. } => {
-                if let Some(seat) = seat(target) {
+                if let Some(seat) = self.seats.get_mut(target) {
                     (seat.is_open, seat.group) = (true, multicast);
                 }
             }
             ScannerEvent::Running { target } => {
-                if let Some(seat) = seat(target) {
+                if let Some(seat) = self.seats.get_mut(target) {
                     seat.is_running = true;
                 }
             }
             ScannerEvent::Failed { target, trouble, retry_in } => {
-                if let Some(seat) = seat(target) {
+                if let Some(seat) = self.seats.get_mut(target) {
                     seat.trouble = Some(trouble);
+                    seat.is_running = false;
                     if retry_in.is_none() {
                         let port = self.network.io_port();
-                        return Err(seat.complaint(target, port, refused));
+                        return Err(seat.complaint(target, port, self.refused_group));
                     }
-                    seat.is_running = false;
                 }
             }
             ScannerEvent::Closed { .. }
