@@ -39,7 +39,7 @@ fn a_robot_as_the_manual_has_it_is_usable_and_equal() {
         "  control          this connection may control it\n",
         "300 exchanges of 1 robot at 1.000 ms\n",
         "  working counter  3 found, 3 expected (3 a robot)\n",
-        "  frames           0 lost, 0 stray; 0 exchanges began late\n",
+        "  frames           0 exchanges not back in time (limit 5000 us), 0 stray; 0 exchanges began late\n",
     ] {
         assert!(ended.stdout.contains(line), "{line}{}", ended.stdout);
     }
@@ -152,7 +152,21 @@ fn clocks_are_used_where_all_robots_have_them() {
 }
 
 #[test]
+fn how_long_an_exchange_waits_can_be_set() {
+    let ended = probe(&["--reply-limit-us", "300"]);
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+    assert!(ended.stdout.contains("0 exchanges not back in time (limit 300 us), 0 stray"));
+    let (code, report) = json(&["--reply-limit-us", "50"]);
+    assert_eq!((code, &report["exchange"]["reply_limit_us"]), (Some(0), &50.into()));
+    let refused = probe(&["--reply-limit-us", "49"]);
+    assert_eq!(refused.code, Some(2), "{refused:?}");
+}
+
+#[test]
 fn mistakes_are_told_with_their_remedy() {
+    let ended = probe(&["--robots", "2", "--sim-layout", "9.3,10.2", "--sim-unassigned", "1A77"]);
+    assert_eq!(ended.code, Some(2));
+    assert!(ended.stderr.contains("--sim-unassigned: no PDO 1A77"), "{}", ended.stderr);
     let ended = run(&["probe", "sim"]);
     assert_eq!(ended.code, Some(2));
     assert!(ended.stderr.contains("sim has no bus to look at"), "{}", ended.stderr);

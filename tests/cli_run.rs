@@ -29,7 +29,7 @@ fn good_programs_run_to_their_last_checkpoint() {
         assert!(ended.stdout.starts_with(&format!("{program}: done\n")), "{name}: {ended:?}");
         let expected = format!("{commands} of {commands} done, {commands} accepted");
         assert_eq!(value(&ended, "commands"), expected, "{name}");
-        assert_eq!(value(&ended, "acknowledgement"), "min 1   p50 1   p99 1   max 1 cycles");
+        assert_eq!(value(&ended, "acknowledgement"), "min 1   p50 1   p99 1   max 1 cycle");
         assert_eq!(ended.stderr, "", "{name}");
     }
 }
@@ -67,6 +67,8 @@ fn a_wrong_byte_order_is_noticed_before_anything_is_sent() {
         assert_eq!(ended.code, Some(4), "{order}: {ended:?}");
         assert!(ended.stderr.contains("makes no sense in the byte order"), "{order}: {ended:?}");
         assert!(ended.stderr.contains("use --byte-order auto"), "{order}: {ended:?}");
+        let names_the_other = ended.stderr.contains("or --byte-order big.");
+        assert_eq!(names_the_other, order == "little", "{order}: {ended:?}");
         assert_eq!(value(&ended, "commands"), "0 of 15 done, 0 accepted", "{order}");
         for nonsense in ["distance", "robot time", "queue space"] {
             assert!(!ended.stdout.contains(nonsense), "{order}: {nonsense}: {}", ended.stdout);

@@ -9,6 +9,7 @@ use fieldarm::bus::ethercat::Settings;
 use fieldarm::bus::ethercat::meca500::Meca500Settings;
 use fieldarm::cycle::{CyclicSegment, InputQuality};
 use fieldarm::link::ethercat::memory::MemoryWire;
+use fieldarm::link::ethercat::wire::Wire;
 use fieldarm::link::ethercat::{
     Assignment, Clocks, EthercatError, EthercatSegment, EventKind, RobotAddress, RobotChoice,
     SegmentSettings,
@@ -80,6 +81,22 @@ fn one_robot_comes_to_op_with_the_whole_image() {
     assert_eq!(bus.quality(0), InputQuality::Fresh);
     assert_eq!(bus.fifo_space(0), 13_000);
     assert_eq!(bus.segment.wire().line()[0].state(), AlState::Op);
+}
+
+#[test]
+fn the_callers_clock_may_be_behind_the_wires_or_ahead() {
+    for callers in [Instant::ZERO, Instant::from_millis(3_600_000)] {
+        let mut bus = Bus::start(line(1), SegmentSettings::default());
+        bus.now = callers;
+        let began = bus.segment.wire().now();
+        for _ in 0..500 {
+            bus.cycle();
+            assert_eq!(bus.quality(0), InputQuality::Fresh);
+        }
+        let passed = bus.segment.wire().now() - began;
+        assert_eq!(passed.as_millis(), 499, "one cycle from exchange to exchange");
+        assert_eq!(bus.events(), []);
+    }
 }
 
 #[test]

@@ -9,7 +9,7 @@ use crate::sim::meca500::VirtualRobot;
 use crate::wire::ethercat::coe::info::DataType;
 use crate::wire::ethercat::sii::{Pdo, PdoDirection, PdoEntry, SiiImage};
 use crate::wire::meca500::image::FieldType;
-use crate::wire::meca500::image::pdo::{Pdos, input_pdos, output_pdos};
+use crate::wire::meca500::image::pdo::{PdoLayout, Pdos, input_pdos, output_pdos};
 use crate::wire::meca500::subdevice::DESCRIPTION;
 
 /// An emulated robot, from frames to motion.
@@ -24,6 +24,32 @@ pub(super) struct Presentation {
     pub(super) distributed_clock: bool,
     /// Whether its SII holds PDO categories, which that of a real robot does not.
     pub(super) pdos_in_sii: bool,
+}
+
+/// Refuses PDOs that none of the layouts has; `option` is where they were given.
+pub(super) fn refuse_unknown_pdos(
+    option: &str,
+    pdos: &[u16],
+    layouts: &[PdoLayout],
+) -> Result<(), Failure> {
+    let indices = |direction: fn(PdoLayout) -> Pdos| {
+        let of_one = move |layout: &PdoLayout| direction(*layout).map(|pdo| pdo.index);
+        let mut indices: Vec<u16> = layouts.iter().flat_map(of_one).collect();
+        indices.sort_unstable();
+        indices.dedup();
+        indices
+    };
+    let known = [indices(output_pdos), indices(input_pdos)].concat();
+    match pdos.iter().find(|pdo| !known.contains(pdo)) {
+        None => Ok(()),
+        Some(unknown) => {
+            let known: Vec<String> = known.iter().map(|pdo| format!("{pdo:04X}")).collect();
+            Err(Failure::usage(format!(
+                "{option}: no PDO {unknown:04X} in this firmware's image; there are {}",
+                known.join(", ")
+            )))
+        }
+    }
 }
 
 /// `robot` behind an ESC whose power has just come.

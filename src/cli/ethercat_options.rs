@@ -4,7 +4,7 @@ use std::prelude::v1::*;
 
 use clap::Args;
 
-use crate::link::ethercat::{Assignment, Clocks, RobotChoice, SegmentSettings};
+use crate::link::ethercat::{Assignment, Clocks, EthercatError, RobotChoice, SegmentSettings};
 use crate::time::Duration;
 
 /// How the segment is driven.
@@ -19,11 +19,8 @@ pub(super) struct EthercatOptions {
     /// Without it they keep their own, 100 ms at power-up.
     #[arg(long, value_name = "MS", value_parser = clap::value_parser!(u64).range(1..=6_500))]
     watchdog_ms: Option<u64>,
-    /// How long a cycle waits for its frames, in microseconds; three quarters of a cycle, but not less
-    /// than 5000, without it. On a machine without real time a frame is late more often than lost, and
-    /// a late one costs less than a lost one.
-    #[arg(long, value_name = "US", value_parser = clap::value_parser!(u64).range(50..=50_000))]
-    reply_limit_us: Option<u64>,
+    #[command(flatten)]
+    reply_limit: ReplyLimit,
     /// Take the PDO assignment of the robots as it is instead of writing it.
     #[arg(long)]
     keep_assignment: bool,
@@ -38,7 +35,9 @@ impl EthercatOptions {
         match self {
             Self { clocks: Some(_), .. } => Some("--clocks"),
             Self { watchdog_ms: Some(_), .. } => Some("--watchdog-ms"),
-            Self { reply_limit_us: Some(_), .. } => Some("--reply-limit-us"),
+            Self { reply_limit: ReplyLimit { reply_limit_us: Some(_) }, .. } => {
+                Some("--reply-limit-us")
+            }
             Self { keep_assignment: true, .. } => Some("--keep-assignment"),
             Self { take_over: true, .. } => Some("--take-over"),
             _ => None,
@@ -63,10 +62,9 @@ impl EthercatOptions {
     pub(super) fn settings(&self, robots: RobotChoice, cycle_us: u64) -> SegmentSettings {
         let cycle = Duration::from_micros(cycle_us);
         let defaults = SegmentSettings::with_cycle(cycle);
-        let patient = defaults.reply_limit.max(PATIENCE);
         SegmentSettings {
             robots,
-            reply_limit: self.reply_limit_us.map_or(patient, Duration::from_micros),
+            reply_limit: self.reply_limit.of(cycle),
             watchdog: self.watchdog_ms.map(Duration::from_millis),
             clocks: match self.clocks {
                 None => Clocks::Off,
@@ -80,8 +78,48 @@ impl EthercatOptions {
     }
 }
 
+/// How long a cycle waits.
+#[derive(Args, Debug)]
+pub(super) struct ReplyLimit {
+    /// How long a cycle waits for its frames, in microseconds; three quarters of a cycle, but not less
+    /// than 5000, without it. On a machine without real time a frame is late more often than lost, and
+    /// a late one costs less than a lost one.
+    #[arg(long, value_name = "US", value_parser = clap::value_parser!(u64).range(50..=50_000))]
+    reply_limit_us: Option<u64>,
+}
+
+impl ReplyLimit {
+    /// What was said, or what fits this cycle.
+    pub(super) fn of(&self, cycle: Duration) -> Duration {
+        let patient = SegmentSettings::with_cycle(cycle).reply_limit.max(PATIENCE);
+        self.reply_limit_us.map_or(patient, Duration::from_micros)
+    }
+}
+
+/// Why a segment cannot be driven, with the option that helps where there is one.
+pub(super) fn explained(error: EthercatError) -> String {
+    let option = match error {
+        EthercatError::Driven { .. } => "; --take-over does that",
+        _ => "",
+    };
+    format!("{error}{option}")
+}
+
 /// How long a cycle waits for its frames at least, unless it is told otherwise.
 const PATIENCE: Duration = Duration::from_millis(5);
 
 /// Shortest SYNC0 cycle of a Meca500, in us. Source: capture.
 pub(super) const SHORTEST_SYNC0_US: u64 = 1_000;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_segment_that_somebody_drives_is_told_with_the_option_that_takes_it_over() {
+        let text = explained(EthercatError::Driven { position: 2 });
+        assert!(text.contains("position 2 is in OP"), "{text}");
+        assert!(text.ends_with("; --take-over does that"), "{text}");
+        assert!(!explained(EthercatError::Silent).contains("--take-over"));
+    }
+}

@@ -14,7 +14,7 @@ use crate::run::program::Program;
 use crate::run::record::{Counts, StepEnd, StepRecord};
 use crate::run::recording::{Recording, Sample};
 use crate::run::statistics::{CycleStatistics, Quantiles};
-use crate::time::Instant;
+use crate::time::{Duration, Instant};
 use crate::wire::meca500::command::MotionCommand;
 use crate::wire::meca500::text::Statement;
 
@@ -161,8 +161,10 @@ pub struct ReportedCycles {
 pub struct ReportedBus {
     /// From sending the frames of a cycle to having all of them back, in microseconds.
     pub exchange_us: ReportedQuantiles,
-    /// Cycles in which a frame did not come back in time.
+    /// Cycles in which a frame did not come back in time: lost, or late.
     pub lost: u64,
+    /// How long a cycle waited for its frames, in microseconds.
+    pub reply_limit_us: u64,
     /// Frames that answered nothing: late, twice, mangled or somebody else's.
     pub stray: u64,
     /// Robots and cycles in which the working counter did not add up.
@@ -174,7 +176,11 @@ pub struct ReportedBus {
 }
 
 impl ReportedBus {
-    pub(super) fn new(statistics: &SegmentStatistics, frames: FrameCounters) -> Self {
+    pub(super) fn new(
+        statistics: &SegmentStatistics,
+        frames: FrameCounters,
+        reply_limit: Duration,
+    ) -> Self {
         let exchange = &statistics.exchange_ns;
         let us = |ns: u64| if exchange.is_empty() { 0.0 } else { ns as f64 * 1e-3 };
         Self {
@@ -186,6 +192,7 @@ impl ReportedBus {
                 max: us(exchange.max()),
             },
             lost: statistics.lost,
+            reply_limit_us: u64::try_from(reply_limit.as_micros()).unwrap_or(u64::MAX),
             stray: frames.stray,
             wrong_counter: statistics.wrong_counter,
             clock_drift_ppm: statistics.clock.map(|clock| clock.drift_ppb * 1e-3),

@@ -282,7 +282,8 @@ pub(super) fn run(args: &RunArgs) -> Result<Exit, Failure> {
     let (outcomes, wall_time) = driven?;
 
     let figures = periodic.segment().figures();
-    let bus = figures.map(|(statistics, frames)| ReportedBus::new(statistics, frames));
+    let bus =
+        figures.map(|(statistics, frames, limit)| ReportedBus::new(statistics, frames, limit));
     // Before anything slow: without outputs the watchdogs of the robots run.
     periodic.segment_mut().close();
     let (mut told, mut exits, mut failures) = (Vec::new(), Vec::new(), Vec::new());
@@ -291,7 +292,8 @@ pub(super) fn run(args: &RunArgs) -> Result<Exit, Failure> {
         (1..).zip(robots.iter().zip(&outcomes).zip(places))
     {
         let source = robot.source;
-        let (exit, message) = wording::outcome(outcome, &source.name, &source.program);
+        let order = args.byte_order.fixed();
+        let (exit, message) = wording::outcome(outcome, &source.name, &source.program, order);
         exits.push(exit);
         let report = Report::new(
             number,

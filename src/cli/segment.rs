@@ -5,7 +5,7 @@ use std::io::Write;
 use std::prelude::v1::*;
 
 use super::emulated_robot::{Presentation, emulated};
-use super::ethercat_options::EthercatOptions;
+use super::ethercat_options::{EthercatOptions, explained};
 use super::exit::Failure;
 use super::link_choice::LinkChoice;
 #[cfg(target_os = "linux")]
@@ -24,7 +24,7 @@ use crate::link::ethercat::{
 };
 use crate::run::outcome::LinkMessage;
 use crate::sim::meca500::{CyclicBus, VirtualRobot};
-use crate::time::Instant;
+use crate::time::{Duration, Instant};
 use crate::wire::meca500::image::FirmwareLayout;
 use crate::wire::meca500::revision::Revision;
 
@@ -39,9 +39,9 @@ enum Bus {
     Direct(DirectSegment<VirtualRobot>),
     /// Virtual robots behind the whole EtherCAT stack, joined in memory.
     EthercatSim(Box<EthercatSegment<Emulation>>),
-    /// The robots on a network interface.
+    /// The robots on the network interface of this name.
     #[cfg(target_os = "linux")]
-    Ethercat(Box<EthercatSegment<RawSocket>>),
+    Ethercat(Box<EthercatSegment<RawSocket>>, String),
 }
 
 /// A segment, and who hears what happens on it.
@@ -93,7 +93,7 @@ pub(super) fn open_segment(opening: Opening<'_>) -> Result<Segment, Failure> {
                 Some(position) => RobotChoice::These(vec![*position]),
                 None => RobotChoice::First(robots),
             };
-            Bus::Ethercat(start(socket, opening, choice)?)
+            Bus::Ethercat(start(socket, opening, choice)?, interface.clone())
         }
         #[cfg(not(target_os = "linux"))]
         LinkChoice::Ethercat { .. } => {
@@ -120,9 +120,9 @@ fn start<W: Wire>(
     if !opening.link.is_in_process() {
         say(format!("{}: bringing the robots to OP", opening.link));
     }
-    let segment = EthercatSegment::start(wire, settings)
-        .map(Box::new)
-        .map_err(|failure| Failure::link(format!("--link {}: {}", opening.link, failure.error)))?;
+    let segment = EthercatSegment::start(wire, settings).map(Box::new).map_err(|failure| {
+        Failure::link(format!("--link {}: {}", opening.link, explained(failure.error)))
+    })?;
     for (number, robot) in (1..).zip(segment.robots()) {
         for layout in [&robot.outputs, &robot.inputs] {
             let missing: Vec<String> =
@@ -151,18 +151,18 @@ impl Segment {
             Bus::Closed | Bus::Direct(_) => return FirmwareLayout::default(),
             Bus::EthercatSim(segment) => segment.robots(),
             #[cfg(target_os = "linux")]
-            Bus::Ethercat(segment) => segment.robots(),
+            Bus::Ethercat(segment, _) => segment.robots(),
         };
         robots.get(robot).map_or(FirmwareLayout::default(), |robot| robot.inputs.firmware())
     }
 
-    /// What the frames were like; `None` without a bus.
-    pub(super) fn figures(&self) -> Option<(&SegmentStatistics, FrameCounters)> {
+    /// What the frames were like, and how long a cycle waits for them; `None` without a bus.
+    pub(super) fn figures(&self) -> Option<(&SegmentStatistics, FrameCounters, Duration)> {
         match &self.bus {
             Bus::Closed | Bus::Direct(_) => None,
-            Bus::EthercatSim(segment) => Some((segment.statistics(), segment.frames())),
+            Bus::EthercatSim(segment) => Some(figures_of(segment)),
             #[cfg(target_os = "linux")]
-            Bus::Ethercat(segment) => Some((segment.statistics(), segment.frames())),
+            Bus::Ethercat(segment, _) => Some(figures_of(segment)),
         }
     }
 
@@ -172,9 +172,15 @@ impl Segment {
             Bus::Closed | Bus::Direct(_) => {}
             Bus::EthercatSim(segment) => drop(segment.close()),
             #[cfg(target_os = "linux")]
-            Bus::Ethercat(segment) => drop(segment.close()),
+            Bus::Ethercat(segment, _) => drop(segment.close()),
         }
     }
+}
+
+fn figures_of<W: Wire>(
+    segment: &EthercatSegment<W>,
+) -> (&SegmentStatistics, FrameCounters, Duration) {
+    (segment.statistics(), segment.frames(), segment.settings().reply_limit)
 }
 
 /// One exchange, and its events told.
@@ -201,7 +207,7 @@ impl CyclicSegment for Segment {
             Bus::Direct(segment) => segment.robot_count(),
             Bus::EthercatSim(segment) => segment.robot_count(),
             #[cfg(target_os = "linux")]
-            Bus::Ethercat(segment) => segment.robot_count(),
+            Bus::Ethercat(segment, _) => segment.robot_count(),
         }
     }
 
@@ -211,7 +217,7 @@ impl CyclicSegment for Segment {
             Bus::Direct(segment) => segment.write_outputs(robot, outputs),
             Bus::EthercatSim(segment) => segment.write_outputs(robot, outputs),
             #[cfg(target_os = "linux")]
-            Bus::Ethercat(segment) => segment.write_outputs(robot, outputs),
+            Bus::Ethercat(segment, _) => segment.write_outputs(robot, outputs),
         }
     }
 
@@ -226,8 +232,12 @@ impl CyclicSegment for Segment {
                 exchange(segment, watcher, now).map_err(|e| LinkMessage::of(&e))
             }
             #[cfg(target_os = "linux")]
-            Bus::Ethercat(segment) => {
-                exchange(segment, watcher, now).map_err(|e| LinkMessage::of(&e))
+            Bus::Ethercat(segment, interface) => {
+                exchange(segment, watcher, now).map_err(|e| LinkMessage::of(&e))?;
+                segment.check_interface().map_err(|error| {
+                    let gone = format_args!("network interface {interface} was removed: {error}");
+                    LinkMessage::of(&gone)
+                })
             }
         }
     }
@@ -238,7 +248,7 @@ impl CyclicSegment for Segment {
             Bus::Direct(segment) => segment.read_inputs(robot, inputs),
             Bus::EthercatSim(segment) => segment.read_inputs(robot, inputs),
             #[cfg(target_os = "linux")]
-            Bus::Ethercat(segment) => segment.read_inputs(robot, inputs),
+            Bus::Ethercat(segment, _) => segment.read_inputs(robot, inputs),
         }
     }
 
@@ -247,7 +257,7 @@ impl CyclicSegment for Segment {
             Bus::Closed | Bus::Direct(_) => 0,
             Bus::EthercatSim(segment) => segment.nudge_ns(),
             #[cfg(target_os = "linux")]
-            Bus::Ethercat(segment) => segment.nudge_ns(),
+            Bus::Ethercat(segment, _) => segment.nudge_ns(),
         }
     }
 }

@@ -5,11 +5,12 @@ use std::sync::atomic::Ordering;
 
 use clap::{Args, ValueEnum};
 
-use super::emulated_robot::{EmulatedRobot, Presentation, emulated};
+use super::emulated_robot::{EmulatedRobot, Presentation, emulated, refuse_unknown_pdos};
 use super::exit::{Exit, Failure};
 use super::order::OrderName;
 use super::run_program::{RevisionName, catch_interrupts};
 use super::virtual_robot::ToolName;
+use super::wording::counted;
 use crate::bus::ethercat::meca500::{Meca500Application, Meca500Settings};
 use crate::cycle::CyclicDevice;
 use crate::link::ethercat::faulty_wire::{FaultPlan, FaultyWire, WireEnd, WireFault};
@@ -29,6 +30,15 @@ const PER_MILLE: u16 = 5;
 /// Serial number of the first robot; those behind it count up.
 const FIRST_SERIAL: u32 = 87_654_321;
 
+/// Exit codes of this command, where they mean something of their own.
+const EXIT_CODES: &str = "\
+Exit codes:
+    0  ended with Ctrl-C, or by the signal TERM or HUP: the way it is meant to end
+    1  an internal error
+    2  bad usage, or no such network interface
+    4  the interface cannot be opened, or was removed
+  130  ended by a second signal, without the figures";
+
 /// Serve virtual robots on a network interface until Ctrl-C.
 ///
 /// Any EtherCAT main device can bring them to OP: they answer as robots of their own, each with its
@@ -38,7 +48,7 @@ const FIRST_SERIAL: u32 = 87_654_321;
 /// Needs the capability CAP_NET_RAW: run as root, or grant it to the executable. Without a second
 /// machine, a pair of virtual interfaces (`ip link add ecat0 type veth peer name ecat1`) does.
 #[derive(Args, Debug)]
-#[command(after_help = super::exit::EXIT_CODES, after_long_help = super::exit::EXIT_CODES)]
+#[command(after_help = EXIT_CODES, after_long_help = EXIT_CODES)]
 pub(super) struct SimArgs {
     /// Network interface to serve on; nothing else should use it.
     #[arg(long, value_name = "IFACE")]
@@ -155,12 +165,22 @@ fn plan(arguments: &[FaultArg]) -> FaultPlan {
 fn line(args: &SimArgs) -> Result<Vec<EmulatedRobot>, Failure> {
     if args.alias.len() > usize::from(args.robots) {
         return Err(Failure::usage(format!(
-            "{} aliases for {} robots: give at most one each",
+            "--alias: {} aliases for {}: give at most one each",
             args.alias.len(),
-            args.robots
+            counted(args.robots, "robot")
         )));
     }
+    for (number, alias) in args.alias.iter().enumerate() {
+        // 0 is none, and any number of robots may have none.
+        let mut before = args.alias.iter().take(number);
+        if *alias != 0 && before.any(|other| other == alias) {
+            return Err(Failure::usage(format!(
+                "--alias: {alias} is given twice; an alias names one robot, only 0 (none) may come again"
+            )));
+        }
+    }
     let layout = FirmwareLayout::from(args.layout);
+    refuse_unknown_pdos("--unassigned", &args.unassigned, &[PdoLayout::from(layout)])?;
     // The process lives as long as its robots.
     let unassigned: &'static [u16] = args.unassigned.clone().leak();
     (0..args.robots)
@@ -323,12 +343,12 @@ pub(super) fn run(args: &SimArgs) -> Result<Exit, Failure> {
     }
     let counts = server.counts();
     teller.say(format_args!(
-        "{} frames received, {} returned, {} lost in the line, {} not sent; {} faults made",
-        counts.received,
+        "{} received, {} returned, {} lost in the line, {} not sent; {} made",
+        counted(counts.received, "frame"),
         counts.returned,
         counts.lost,
         counts.unsent,
-        server.wire().faults_made()
+        counted(server.wire().faults_made(), "fault")
     ));
     Ok(Exit::Done)
 }

@@ -3,6 +3,7 @@
 use std::prelude::v1::*;
 
 use super::report::{Report, ReportedQuantiles};
+use super::wording::{counted, not_back_in_time};
 
 /// Lines of a summary: names and values.
 #[derive(Default)]
@@ -77,8 +78,11 @@ fn add_commands(lines: &mut Lines, report: &Report) {
             "none".into()
         } else {
             format!(
-                "min {}   p50 {}   p99 {}   max {} cycles",
-                latency.min, latency.p50, latency.p99, latency.max
+                "min {}   p50 {}   p99 {}   max {}",
+                latency.min,
+                latency.p50,
+                latency.p99,
+                counted(latency.max as u64, "cycle")
             )
         },
     );
@@ -93,18 +97,22 @@ fn add_bus(lines: &mut Lines, report: &Report) {
     lines.add(
         "cycles",
         format!(
-            "{} at {:.3} ms, {} {}",
+            "{} at {:.3} ms, {}",
             cycles.count,
             report.settings.cycle_us as f64 * 1e-3,
-            cycles.overruns,
-            if cycles.overruns == 1 { "overrun" } else { "overruns" }
+            counted(cycles.overruns, "overrun")
         ),
     );
     let Some(bus) = &report.bus else { return };
     lines.add("exchange", quantiles(&bus.exchange_us, "us", 1.0));
     lines.add(
         "frames",
-        format!("{} lost, {} stray, {} wrong counters", bus.lost, bus.stray, bus.wrong_counter),
+        format!(
+            "{}, {} stray, {}",
+            not_back_in_time(bus.lost, bus.reply_limit_us),
+            bus.stray,
+            counted(bus.wrong_counter, "wrong counter")
+        ),
     );
     if let (Some(drift), Some(worst)) = (bus.clock_drift_ppm, bus.worst_phase_error_us) {
         lines.add("clock", format!("drift {drift:.1} ppm, worst phase error {worst:.1} us"));

@@ -9,6 +9,20 @@ use crate::run::program::Program;
 use crate::run::runner::{STOP_LIMIT, is_lasting};
 use crate::wire::meca500::code::Code;
 use crate::wire::meca500::image::SafetySignals;
+use crate::wire::order::ByteOrder;
+
+/// `1 cycle`, `2 cycles`.
+pub(super) fn counted(count: impl TryInto<u64>, what: &str) -> String {
+    let count = count.try_into().unwrap_or(u64::MAX);
+    let plural = if count == 1 { "" } else { "s" };
+    format!("{count} {what}{plural}")
+}
+
+/// In how many exchanges frames were lost or late.
+pub(super) fn not_back_in_time(count: u64, limit_us: u64) -> String {
+    let remedy = if count == 0 { "" } else { "; --reply-limit-us sets it" };
+    format!("{} not back in time (limit {limit_us} us{remedy})", counted(count, "exchange"))
+}
 
 /// The line a step stands in, as `square.txt:12: MoveLin(...)`.
 pub(super) fn place(file: &str, program: &Program, step: usize) -> Option<String> {
@@ -36,20 +50,30 @@ pub(super) fn event(event: &Event, line: Option<u32>) -> Option<String> {
         Event::SafetyStop { signals } => format!("safety signals: {}", signal_names(*signals)),
         Event::SafetyCleared => "safety signals cleared".into(),
         Event::RobotRebooted => "robot rebooted".into(),
-        Event::ConnectionLost { bad_cycles } => {
-            format!("connection lost after {bad_cycles} cycles without fresh inputs")
+        &Event::ConnectionLost { bad_cycles } => {
+            format!(
+                "connection lost after {} without fresh inputs",
+                counted(u64::from(bad_cycles), "cycle")
+            )
         }
         _ => return None,
     })
 }
 
 /// How a run ended: the exit code, and what to say on standard error (nothing after a good run).
-pub(super) fn outcome(outcome: &Outcome, file: &str, program: &Program) -> (Exit, String) {
+/// `order` is the byte order that was set, if one was.
+pub(super) fn outcome(
+    outcome: &Outcome,
+    file: &str,
+    program: &Program,
+    order: Option<ByteOrder>,
+) -> (Exit, String) {
     let place = outcome.step.and_then(|step| place(file, program, step));
     let exit = exit_of(&outcome.end);
     let (what, remedy) = match outcome.end {
         End::Completed => return (exit, String::new()),
         End::Interrupted => return (exit, interrupted(outcome.stop, place)),
+        End::ImplausibleInputs => implausible(order),
         end => reason(end),
     };
     let mut message = place.unwrap_or_else(|| file.to_string());
@@ -189,14 +213,26 @@ fn reason(end: End) -> (String, String) {
         End::NotConnected => {
             plain("no connection: the robot sends no fresh inputs", "look at cable and power.")
         }
-        End::ImplausibleInputs => plain(
-            "what the robot sends makes no sense in the byte order that was set; nothing was sent to \
-             it",
-            "use --byte-order auto, or the other order.",
-        ),
+        End::ImplausibleInputs => implausible(None),
         End::ByteOrderUndecidable => fault_text(Fault::ByteOrderUndecidable),
         End::Fault(fault) => fault_text(fault),
     }
+}
+
+/// Inputs that are none in the order that was set.
+fn implausible(order: Option<ByteOrder>) -> (String, String) {
+    let (set, instead) = match order {
+        Some(ByteOrder::BIG) => (" (big)", ", or --byte-order little"),
+        Some(ByteOrder::LITTLE) => (" (little)", ", or --byte-order big"),
+        _ => ("", ""),
+    };
+    (
+        format!(
+            "what the robot sends makes no sense in the byte order that was set{set}; nothing was sent \
+             to it"
+        ),
+        format!("use --byte-order auto, which finds the order out{instead}."),
+    )
 }
 
 fn robot_error(code: Code) -> (String, String) {
@@ -319,4 +355,42 @@ pub(super) const fn action_name(action: Action) -> &'static str {
 fn signal_names(signals: SafetySignals) -> String {
     let names: Vec<&str> = signals.iter_names().map(|(name, _)| name).collect();
     if names.is_empty() { format!("{:#x}", signals.bits()) } else { names.join(", ") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_of_a_thing_is_not_many() {
+        assert_eq!(counted(0_u8, "cycle"), "0 cycles");
+        assert_eq!(counted(1_u64, "cycle"), "1 cycle");
+        assert_eq!(counted(2_usize, "robot"), "2 robots");
+        let said = |bad_cycles| event(&Event::ConnectionLost { bad_cycles }, None).unwrap();
+        assert_eq!(said(1), "connection lost after 1 cycle without fresh inputs");
+        assert_eq!(said(10), "connection lost after 10 cycles without fresh inputs");
+    }
+
+    #[test]
+    fn frames_that_were_late_are_told_with_the_limit_and_how_to_set_it() {
+        assert_eq!(not_back_in_time(0, 750), "0 exchanges not back in time (limit 750 us)");
+        assert_eq!(
+            not_back_in_time(1, 5_000),
+            "1 exchange not back in time (limit 5000 us; --reply-limit-us sets it)"
+        );
+    }
+
+    #[test]
+    fn the_order_to_try_is_named() {
+        let remedy = |order| implausible(order).1;
+        assert!(remedy(Some(ByteOrder::BIG)).ends_with(", or --byte-order little."));
+        assert!(remedy(Some(ByteOrder::LITTLE)).ends_with(", or --byte-order big."));
+        for order in [None, Some(ByteOrder::ALL[2]), Some(ByteOrder::ALL[3])] {
+            assert_eq!(
+                remedy(order),
+                "use --byte-order auto, which finds the order out.",
+                "{order:?}"
+            );
+        }
+    }
 }

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use fieldarm::cycle::InputQuality;
 use fieldarm::engine::meca500::{Event, Ticket};
-use fieldarm::wire::meca500::command::MotionCommandId;
+use fieldarm::wire::meca500::command::{MotionCommand, MotionCommandId};
 use fieldarm::wire::meca500::image::{
     InputImage, MotionControlFlags, MotionStatusFlags, OutputImage, RobotControlFlags,
     RobotStatusFlags, SafetySignals,
@@ -346,6 +346,13 @@ pub(crate) struct Submitted {
     pub(crate) ticket: Ticket,
     pub(crate) id: u32,
     pub(crate) argument_bits: [u32; 6],
+}
+
+impl Submitted {
+    pub(crate) fn new(ticket: Ticket, command: &MotionCommand) -> Self {
+        let (id, arguments) = command.encode();
+        Self { ticket, id: id.0, argument_bits: arguments.map(f32::to_bits) }
+    }
 }
 
 /// What the robot took, compared with what was submitted: each at most once, in order, and every

@@ -6,7 +6,8 @@ use fieldarm::wire::meca500::dynamic::DynamicType;
 use fieldarm::wire::order::ByteOrder;
 
 use crate::checkers::End;
-use crate::harness::{Cell, Setup, quick_robot};
+use crate::harness::{Cell, Setup};
+use crate::quick_robot::quick_robot;
 use crate::streaming::numbered;
 
 #[test]

@@ -6,7 +6,8 @@ use fieldarm::sim::meca500::readings::{MoveIdTrigger, NoMovementCommand};
 use fieldarm::sim::meca500::{Readings, RobotSettings};
 
 use crate::faults::heal;
-use crate::harness::{Cell, Setup, quick_robot};
+use crate::harness::{Cell, Setup};
+use crate::quick_robot::quick_robot;
 use crate::streaming::numbered;
 
 const CHOICES: [Option<Fault>; 6] = [

@@ -6,7 +6,8 @@ use fieldarm::sim::fault::{Fault, FaultPlan};
 use fieldarm::wire::order::ByteOrder;
 
 use crate::checkers::End;
-use crate::harness::{Cell, Setup, quick_robot};
+use crate::harness::{Cell, Setup};
+use crate::quick_robot::quick_robot;
 use crate::streaming::numbered;
 
 /// Submits up to `count` distinguishable commands over `cycles` cycles of a faulty bus, then heals

@@ -6,7 +6,7 @@ use std::fmt;
 use fieldarm::cycle::{CyclicLink, InputQuality};
 use fieldarm::engine::meca500::{Config, Engine, Event, SubmitError, Ticket};
 use fieldarm::sim::fault::{FaultPlan, FaultyLink};
-use fieldarm::sim::meca500::{LifecycleTimes, RobotSettings, VirtualRobot};
+use fieldarm::sim::meca500::{RobotSettings, VirtualRobot};
 use fieldarm::time::{Duration, Instant};
 use fieldarm::wire::meca500::command::MotionCommand;
 use fieldarm::wire::meca500::image::{INPUT_LEN, InputImage, OUTPUT_LEN, OutputImage};
@@ -16,6 +16,7 @@ use crate::checkers::{
     CycleFacts, EXCUSE_CYCLES, PlcChecker, RobotWitness, Submitted, TicketChecker, TicketState,
     excuses, judge_acceptance,
 };
+use crate::quick_robot::quick_robot;
 
 /// Commands that can wait in the engine of a cell.
 pub(crate) const QUEUE: usize = 64;
@@ -40,17 +41,6 @@ impl Default for Setup {
             cycle: Duration::from_millis(1),
         }
     }
-}
-
-/// A robot that loses little time with what the manual gives no time for.
-pub(crate) fn quick_robot() -> RobotSettings {
-    let times = LifecycleTimes {
-        activation: Duration::from_millis(20),
-        deactivation: Duration::from_millis(10),
-        homing: Duration::from_millis(50),
-        boot: Duration::from_millis(100),
-    };
-    RobotSettings { times, ..RobotSettings::default() }
 }
 
 /// Engine, bus and robot, with everything that is known about the run so far.
@@ -142,9 +132,7 @@ impl Cell {
     pub(crate) fn submit(&mut self, command: MotionCommand) -> Result<Ticket, SubmitError> {
         let ticket = self.engine.submit(command)?;
         self.tickets.submitted(ticket).unwrap_or_else(|problem| panic!("{problem}\n{self:#?}"));
-        let (id, arguments) = command.encode();
-        let argument_bits = arguments.map(f32::to_bits);
-        self.submitted.push(Submitted { ticket, id: id.0, argument_bits });
+        self.submitted.push(Submitted::new(ticket, &command));
         Ok(ticket)
     }
 

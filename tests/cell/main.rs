@@ -6,6 +6,8 @@ mod connecting;
 mod exhaustive;
 mod faults;
 mod harness;
+#[path = "../support/quick_robot.rs"]
+mod quick_robot;
 mod readings;
 mod recovery;
 mod restarts;

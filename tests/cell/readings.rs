@@ -10,7 +10,8 @@ use fieldarm::wire::meca500::command::MotionCommand;
 
 use crate::checkers::End;
 use crate::faults::run_through;
-use crate::harness::{Cell, Setup, quick_robot};
+use crate::harness::{Cell, Setup};
+use crate::quick_robot::quick_robot;
 use crate::streaming::numbered;
 
 /// Runs `test` under each reading, and fails with the list of those it failed under.

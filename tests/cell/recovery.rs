@@ -7,7 +7,8 @@ use fieldarm::wire::meca500::image::{RobotStatusFlags, SafetySignals};
 use fieldarm::wire::meca500::revision::Revision;
 
 use crate::checkers::End;
-use crate::harness::{Cell, Setup, quick_robot};
+use crate::harness::{Cell, Setup};
+use crate::quick_robot::quick_robot;
 use crate::streaming::numbered;
 
 /// Requests `action` and waits until it is done; a failure fails the test.

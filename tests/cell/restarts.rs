@@ -10,7 +10,8 @@ use fieldarm::wire::meca500::command::MotionCommand;
 use fieldarm::wire::meca500::image::FirmwareLayout;
 
 use crate::checkers::End;
-use crate::harness::{Cell, Setup, quick_robot};
+use crate::harness::{Cell, Setup};
+use crate::quick_robot::quick_robot;
 use crate::recovery::act;
 use crate::streaming::numbered;
 

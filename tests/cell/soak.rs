@@ -11,7 +11,8 @@ use fieldarm::wire::meca500::command::{MotionCommand, VelocityCommand};
 use fieldarm::wire::order::ByteOrder;
 
 use crate::checkers::End;
-use crate::harness::{Cell, Setup, quick_robot};
+use crate::harness::{Cell, Setup};
+use crate::quick_robot::quick_robot;
 
 /// Cycles of all cells together.
 const TOTAL_CYCLES: u64 = if cfg!(debug_assertions) { 200_000 } else { 10_000_000 };

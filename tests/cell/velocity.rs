@@ -8,7 +8,8 @@ use fieldarm::time::Duration;
 use fieldarm::wire::meca500::command::{MotionCommand, VelocityCommand};
 
 use crate::checkers::End;
-use crate::harness::{Cell, Setup, quick_robot};
+use crate::harness::{Cell, Setup};
+use crate::quick_robot::quick_robot;
 use crate::recovery::act;
 use crate::streaming::numbered;
 

@@ -12,7 +12,7 @@ use fieldarm::wire::order::ByteOrder;
 
 use crate::contract::{Bus, BusKind, Cable, PlcEnd};
 use crate::plc::Plc;
-use crate::watched::quick_robot;
+use crate::quick_robot::quick_robot;
 
 /// Time between two cycles.
 pub(crate) const CYCLE: Duration = Duration::from_millis(1);

@@ -15,7 +15,8 @@ use fieldarm::wire::meca500::subdevice::DESCRIPTION;
 use crate::contract::{Ability, Bus, BusKind, Cable, PlcEnd};
 use crate::link_contract;
 use crate::one_way::OneWay;
-use crate::watched::{WatchedRobot, quick_robot};
+use crate::quick_robot::quick_robot;
+use crate::watched::WatchedRobot;
 
 /// A line of emulated robots and the wire to it.
 pub(crate) type Line = MemoryWire<Meca500Application<WatchedRobot>>;

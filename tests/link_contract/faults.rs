@@ -19,7 +19,8 @@ use crate::checkers::End;
 use crate::contract::{Bus, Cable, PlcEnd};
 use crate::ethercat::{Line, line};
 use crate::plc::Plc;
-use crate::watched::{WatchedRobot, quick_robot};
+use crate::quick_robot::quick_robot;
+use crate::watched::WatchedRobot;
 
 /// Faults in one life of a link.
 const FAULTS: u32 = 100;

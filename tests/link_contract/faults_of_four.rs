@@ -17,7 +17,8 @@ use crate::checkers::End;
 use crate::ethercat::{Line, line};
 use crate::faults::patient;
 use crate::plc::Plc;
-use crate::watched::{WatchedRobot, quick_robot};
+use crate::quick_robot::quick_robot;
+use crate::watched::WatchedRobot;
 
 const ROBOTS: usize = 4;
 /// Faults of the wire in one life.

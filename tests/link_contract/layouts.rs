@@ -6,7 +6,7 @@ use fieldarm::wire::order::ByteOrder;
 use crate::cell::Cell;
 use crate::checkers::End;
 use crate::contract::BusKind;
-use crate::watched::quick_robot;
+use crate::quick_robot::quick_robot;
 
 pub(crate) fn the_byte_order_is_found_in_every_order(kind: impl BusKind) {
     for byte_order in ByteOrder::ALL {

@@ -14,6 +14,8 @@ mod layouts;
 mod losses;
 mod one_way;
 mod plc;
+#[path = "../support/quick_robot.rs"]
+mod quick_robot;
 mod restarts;
 mod stream;
 mod watched;

@@ -70,9 +70,7 @@ impl Plc {
     pub(crate) fn submit(&mut self, command: MotionCommand) -> Result<Ticket, SubmitError> {
         let ticket = self.engine.submit(command)?;
         self.tickets.submitted(ticket).unwrap_or_else(|problem| panic!("{problem}\n{self:#?}"));
-        let (id, arguments) = command.encode();
-        let argument_bits = arguments.map(f32::to_bits);
-        self.submitted.push(Submitted { ticket, id: id.0, argument_bits });
+        self.submitted.push(Submitted::new(ticket, &command));
         Ok(ticket)
     }
 

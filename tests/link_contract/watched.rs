@@ -2,8 +2,8 @@
 //! image that it makes of it, whatever the bus does to them on the way.
 
 use fieldarm::cycle::CyclicDevice;
-use fieldarm::sim::meca500::{LifecycleTimes, RobotSettings, VirtualRobot};
-use fieldarm::time::{Duration, Instant};
+use fieldarm::sim::meca500::{RobotSettings, VirtualRobot};
+use fieldarm::time::Instant;
 use fieldarm::wire::meca500::image::{InputImage, OUTPUT_LEN, OutputImage};
 use fieldarm::wire::order::{Big, BigIntLittleReal, Endian, ImageOrder, Little, LittleIntBigReal};
 
@@ -56,15 +56,4 @@ impl CyclicDevice for WatchedRobot {
     fn is_on_bus(&self) -> bool {
         self.robot.is_on_bus()
     }
-}
-
-/// A robot that loses little time with what the manual gives no time for.
-pub(crate) fn quick_robot() -> RobotSettings {
-    let times = LifecycleTimes {
-        activation: Duration::from_millis(20),
-        deactivation: Duration::from_millis(10),
-        homing: Duration::from_millis(50),
-        boot: Duration::from_millis(100),
-    };
-    RobotSettings { times, ..RobotSettings::default() }
 }

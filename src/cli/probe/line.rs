@@ -5,7 +5,7 @@ use std::prelude::v1::*;
 use clap::{Args, ValueEnum};
 
 use crate::bus::ethercat::meca500::{Meca500Application, Meca500Settings};
-use crate::cli::emulated_robot::{Presentation, emulated};
+use crate::cli::emulated_robot::{Presentation, emulated, refuse_unknown_pdos};
 use crate::cli::exit::Failure;
 use crate::cli::order::OrderName;
 use crate::cli::run_program::RevisionName;
@@ -67,6 +67,17 @@ enum LayoutName {
     V9_3,
 }
 
+impl LayoutName {
+    const fn pdos(self) -> PdoLayout {
+        match self {
+            Self::V11_3 => PdoLayout::V11_3,
+            Self::V11_3Printed => PdoLayout::V11_3Printed,
+            Self::V10_2 => PdoLayout::V10_2,
+            Self::V9_3 => PdoLayout::V9_3,
+        }
+    }
+}
+
 /// The value for the robot with this number.
 fn of<T: Copy>(list: &[T], number: usize, default: T) -> T {
     list.get(number).or(list.last()).copied().unwrap_or(default)
@@ -80,23 +91,22 @@ impl LineArgs {
 
     /// The line, and the wire to it.
     pub(super) fn wire(&self) -> Result<MemoryWire<Meca500Application<VirtualRobot>>, Failure> {
+        let count = usize::from(self.robots.unwrap_or(1));
+        let layout_of = |number| of(&self.sim_layout, number, LayoutName::V11_3);
+        let layouts: Vec<_> = (0..count).map(|number| layout_of(number).pdos()).collect();
+        refuse_unknown_pdos("--sim-unassigned", &self.sim_unassigned, &layouts)?;
         // The process ends soon after its robots.
         let unassigned: &'static [u16] = self.sim_unassigned.clone().leak();
         let robot = |number: usize| {
             let serial = FIRST_SERIAL + u32::try_from(number).unwrap_or(0);
             let revision = of(&self.sim_revision, number, RevisionName::R3);
-            let layout = of(&self.sim_layout, number, LayoutName::V11_3);
-            let (image, pdos, firmware, software_version) = match layout {
-                LayoutName::V11_3 => {
-                    (FirmwareLayout::V11_3, PdoLayout::V11_3, [11, 3, 84, 0], "11.3.84")
+            let layout = layout_of(number);
+            let (image, firmware, software_version) = match layout {
+                LayoutName::V11_3 | LayoutName::V11_3Printed => {
+                    (FirmwareLayout::V11_3, [11, 3, 84, 0], "11.3.84")
                 }
-                LayoutName::V11_3Printed => {
-                    (FirmwareLayout::V11_3, PdoLayout::V11_3Printed, [11, 3, 84, 0], "11.3.84")
-                }
-                LayoutName::V10_2 => {
-                    (FirmwareLayout::V10_2, PdoLayout::V10_2, [10, 2, 0, 0], "10.2")
-                }
-                LayoutName::V9_3 => (FirmwareLayout::V10_2, PdoLayout::V9_3, [9, 3, 0, 0], "9.3"),
+                LayoutName::V10_2 => (FirmwareLayout::V10_2, [10, 2, 0, 0], "10.2"),
+                LayoutName::V9_3 => (FirmwareLayout::V10_2, [9, 3, 0, 0], "9.3"),
             };
             let robot = VirtualRobot::new(RobotSettings {
                 revision: revision.into(),
@@ -110,7 +120,7 @@ impl LineArgs {
             });
             let settings = Meca500Settings {
                 serial,
-                layout: pdos,
+                layout: layout.pdos(),
                 hardware_version: match revision {
                     RevisionName::R3 => "R3",
                     RevisionName::R4 => "R4",
@@ -123,7 +133,6 @@ impl LineArgs {
                 Presentation { alias: 0, distributed_clock: !self.sim_no_dc, pdos_in_sii: false };
             emulated(robot, settings, presentation)
         };
-        let count = usize::from(self.robots.unwrap_or(1));
         Ok(MemoryWire::new((0..count).map(robot).collect::<Result<_, _>>()?))
     }
 }

@@ -14,7 +14,7 @@ use std::sync::atomic::AtomicBool;
 
 use clap::Args;
 
-use super::ethercat_options::SHORTEST_SYNC0_US;
+use super::ethercat_options::{ReplyLimit, SHORTEST_SYNC0_US, explained};
 use super::exit::{Exit, Failure};
 use super::grid::{pretty, print};
 use super::link_choice::LinkChoice;
@@ -22,7 +22,7 @@ use super::run_program::catch_interrupts;
 use super::sim::refused;
 use crate::link::ethercat::raw_socket::RawSocket;
 use crate::link::ethercat::wire::Wire;
-use crate::link::ethercat::{Assignment, EthercatError, RobotChoice};
+use crate::link::ethercat::{Assignment, RobotChoice};
 use crate::time::Duration;
 use line::LineArgs;
 use observe::{Plan, observe};
@@ -65,6 +65,8 @@ pub(super) struct ProbeArgs {
     /// Use distributed clocks, and show their drift and phase. Cycles of 1000 us and more.
     #[arg(long)]
     clocks: bool,
+    #[command(flatten)]
+    reply_limit: ReplyLimit,
     /// Write the PDO assignment (1C12h, 1C13h) before reading the layout, as `fieldarm run` does.
     #[arg(long)]
     write_assignment: bool,
@@ -98,12 +100,14 @@ pub(super) fn run(args: &ProbeArgs) -> Result<Exit, Failure> {
             args.cycle_us
         )));
     }
+    let cycle = Duration::from_micros(args.cycle_us);
     let plan = Plan {
         robots,
         assignment: if args.write_assignment { Assignment::Write } else { Assignment::Keep },
         clocks: args.clocks,
         take_over: args.take_over,
-        cycle: Duration::from_micros(args.cycle_us),
+        cycle,
+        reply_limit: args.reply_limit.of(cycle),
         cycles: args.cycles,
     };
     match &args.link {
@@ -124,7 +128,9 @@ pub(super) fn run(args: &ProbeArgs) -> Result<Exit, Failure> {
 fn look<W: Wire>(args: &ProbeArgs, plan: &Plan, wire: W) -> Result<Exit, Failure> {
     let interrupted = catch_interrupts()?;
     let flag: &AtomicBool = &interrupted;
-    let (seen, _) = observe(wire, plan, flag).map_err(|error| unseen(args, error))?;
+    // Nothing can be said about the segment.
+    let unseen = |error| Failure::link(format!("{}: {}", args.link, explained(error)));
+    let (seen, _) = observe(wire, plan, flag).map_err(unseen)?;
     let (report, exit) = report(args.link.to_string(), &seen, args.write_assignment);
     if args.json {
         let value = serde_json::to_value(&report);
@@ -133,13 +139,4 @@ fn look<W: Wire>(args: &ProbeArgs, plan: &Plan, wire: W) -> Result<Exit, Failure
         print(&text::text(&report))?;
     }
     Ok(exit)
-}
-
-/// Why nothing can be said about the segment.
-fn unseen(args: &ProbeArgs, error: EthercatError) -> Failure {
-    let hint = match error {
-        EthercatError::Driven { .. } => "; --take-over does that",
-        _ => "",
-    };
-    Failure::link(format!("{}: {error}{hint}", args.link))
 }

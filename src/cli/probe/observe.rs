@@ -42,6 +42,7 @@ pub(super) struct Plan {
     pub(super) clocks: bool,
     pub(super) take_over: bool,
     pub(super) cycle: Duration,
+    pub(super) reply_limit: Duration,
     pub(super) cycles: u32,
 }
 
@@ -86,6 +87,7 @@ pub(super) struct Sent {
 pub(super) struct Exchanged {
     pub(super) statistics: SegmentStatistics,
     pub(super) cycle: Duration,
+    pub(super) reply_limit: Duration,
     pub(super) robots: usize,
     pub(super) stray: u64,
 }
@@ -101,6 +103,7 @@ pub(super) fn observe<W: Wire>(
         assignment: plan.assignment,
         monitor_only: true,
         take_over: plan.take_over,
+        reply_limit: plan.reply_limit,
         ..SegmentSettings::with_cycle(plan.cycle)
     };
     let (survey, mut wire) = survey(wire, &settings).map_err(|failure| failure.error)?;
@@ -214,6 +217,7 @@ fn cycle<W: Wire>(
     seen.exchange = Some(Exchanged {
         statistics: segment.statistics().clone(),
         cycle: plan.cycle,
+        reply_limit: plan.reply_limit,
         robots: segment.robot_count(),
         stray: segment.frames().stray - stray_before,
     });
@@ -355,6 +359,7 @@ mod tests {
             clocks: false,
             take_over: false,
             cycle: Duration::from_millis(1),
+            reply_limit: Duration::from_micros(750),
             cycles: 400,
         }
     }

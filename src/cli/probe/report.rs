@@ -13,6 +13,7 @@ use super::observe::{Exchanged, Observation, RobotObserved, read};
 use crate::cli::exit::Exit;
 use crate::link::ethercat::layout::{Direction, Layout, MappingEntry};
 use crate::link::ethercat::{EthercatError, MappingFound, SubDeviceFound};
+use crate::time::Duration;
 use crate::wire::ethercat::al::AlStatusCode;
 use crate::wire::meca500::code::Code;
 use crate::wire::meca500::dynamic::{DynamicView, Eoat, ExternalTool, ProductType};
@@ -150,8 +151,10 @@ pub(super) struct ReportedExchange {
     /// Robots and exchanges in which it did not add up.
     pub(super) wrong_working_counter: u64,
     pub(super) latency_us: ReportedLatency,
-    /// Exchanges in which a frame did not come back in time.
+    /// Exchanges in which a frame did not come back in time: lost, or late.
     pub(super) lost: u64,
+    /// How long an exchange waited for its frames.
+    pub(super) reply_limit_us: u64,
     /// Frames that answered nothing: late, twice, mangled, or somebody else's.
     pub(super) stray: u64,
     /// Exchanges that began more than half a cycle late.
@@ -437,10 +440,11 @@ fn exchange(exchanged: &Exchanged) -> ReportedExchange {
     let statistics = &exchanged.statistics;
     let latency = &statistics.exchange_ns;
     let us = |ns: u64| ns as f64 * 1e-3;
+    let whole_us = |time: Duration| u64::try_from(time.as_micros()).unwrap_or(u64::MAX);
     let expected = u16::try_from(exchanged.robots * 3).unwrap_or(u16::MAX);
     ReportedExchange {
         robots: exchanged.robots,
-        cycle_us: u64::try_from(exchanged.cycle.as_micros()).unwrap_or(u64::MAX),
+        cycle_us: whole_us(exchanged.cycle),
         count: statistics.exchanges,
         working_counter_expected: statistics.working_counter.map_or(expected, |wkc| wkc.expected),
         working_counter_found: statistics.working_counter.map(|wkc| wkc.found),
@@ -451,6 +455,7 @@ fn exchange(exchanged: &Exchanged) -> ReportedExchange {
             max: us(latency.max()),
         },
         lost: statistics.lost,
+        reply_limit_us: whole_us(exchanged.reply_limit),
         stray: exchanged.stray,
         late: statistics.late,
         clock: statistics.clock.map(|clock| ReportedClock {

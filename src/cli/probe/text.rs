@@ -9,6 +9,7 @@ use super::report::{
     ProbeReport, ReportedExchange, ReportedLayout, ReportedRobot, ReportedState, ReportedSubDevice,
 };
 use crate::cli::grid::Grid;
+use crate::cli::wording::{counted, not_back_in_time};
 
 /// Lines of names and values.
 #[derive(Default)]
@@ -104,8 +105,8 @@ const NOT_TOLD: &str = "not told";
 fn add_layout(lines: &mut Lines, name: &str, layout: &ReportedLayout) {
     let ReportedLayout { bytes, expected_bytes, firmware, .. } = layout;
     let length = match bytes {
-        Some(bytes) if bytes == expected_bytes => format!("{bytes} bytes, "),
-        Some(bytes) => format!("{bytes} bytes ({expected_bytes} in our table), "),
+        Some(bytes) if bytes == expected_bytes => format!("{}, ", counted(*bytes, "byte")),
+        Some(bytes) => format!("{} ({expected_bytes} in our table), ", counted(*bytes, "byte")),
         None => String::new(),
     };
     let verdict = match layout.verdict {
@@ -228,8 +229,8 @@ fn of_exchange(exchange: &ReportedExchange) -> String {
     lines.add(
         "frames",
         format!(
-            "{} lost, {} stray; {} began late",
-            exchange.lost,
+            "{}, {} stray; {} began late",
+            not_back_in_time(exchange.lost, exchange.reply_limit_us),
             exchange.stray,
             counted(exchange.late, "exchange")
         ),
@@ -252,10 +253,4 @@ fn of_exchange(exchange: &ReportedExchange) -> String {
         exchange.cycle_us as f64 * 1e-3,
         lines.0
     )
-}
-
-fn counted<N: TryInto<u64>>(count: N, what: &str) -> String {
-    let count = count.try_into().unwrap_or(u64::MAX);
-    let plural = if count == 1 { "" } else { "s" };
-    format!("{count} {what}{plural}")
 }

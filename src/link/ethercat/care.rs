@@ -21,7 +21,7 @@ use super::group::{Member, RobotGroup, Shared};
 use super::layout::{Direction, Layout, LayoutMismatch};
 use super::search::sleep_until;
 use super::settings::{Assignment, Clocks, SegmentSettings};
-use super::start::{read_status, set_watchdog};
+use super::start::{SYNC0_DELAY, read_status, set_watchdog};
 use crate::time::Duration;
 use crate::wire::ethercat::al::{AlState, AlStatusCode};
 use crate::wire::ethercat::identity::Identity;
@@ -44,8 +44,6 @@ const SII_SERIAL: u16 = word::VENDOR + 6;
 /// Looks at the SII before it counts as stuck.
 const SII_LOOKS: u32 = 1_000;
 
-/// Time until the first SYNC0 after a restart.
-const SYNC0_DELAY: Duration = Duration::from_millis(100);
 /// Cyclic operation with SYNC0.
 const SYNC0_ON: u8 = 0x03;
 

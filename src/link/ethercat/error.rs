@@ -48,13 +48,13 @@ pub enum EthercatError {
     )]
     Silent,
     /// There are subdevices, but no robot among them.
-    #[error("{subdevices} subdevices answer, none of them is a Meca500")]
+    #[error("no Meca500 on the segment; subdevices that answer: {subdevices}")]
     NoRobot {
         /// Subdevices on the segment.
         subdevices: u16,
     },
     /// Fewer robots than were asked for.
-    #[error("{wanted} robots were asked for, {found} are on the segment")]
+    #[error("robots asked for: {wanted}, on the segment: {found}")]
     TooFewRobots {
         /// Robots asked for.
         wanted: usize,

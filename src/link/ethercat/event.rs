@@ -16,6 +16,14 @@ pub struct SegmentEvent {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum EventKind {
+    /// It answers in OP, but the working counter of its frame has been wrong for 20 exchanges: a robot
+    /// of that frame takes no outputs or gives no inputs. Told once until the counter is right again.
+    WrongCounter {
+        /// 3 for each robot in OP of the frame.
+        expected: u16,
+        /// What came back.
+        found: u16,
+    },
     /// It left OP by itself, with its reason; it is being brought back.
     Fell {
         /// State it is in.
@@ -63,6 +71,11 @@ impl core::fmt::Display for EventKind {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
             Self::Fell { state, code } => write!(f, "fell to {state}: {code}"),
+            Self::WrongCounter { expected, found } => write!(
+                f,
+                "the working counter of its frame stays wrong, {found} instead of {expected}: inputs \
+                 are not used"
+            ),
             Self::Gone => f.write_str("does not answer any more"),
             Self::Returned => f.write_str("answers again"),
             Self::BackInOp => f.write_str("back in OP"),

@@ -111,6 +111,10 @@ pub(super) enum Verdict {
 /// A robot in OP adds 3 to the working counter. One that answers in another state adds up to 3: its ESC
 /// may be set up already, or still. So the counter tells for certain only when all are in OP; a robot in
 /// OP whose sync managers are in order always counts.
+///
+/// One case stays open, as all robots of a frame share one counter: of two robots the one in SAFE-OP
+/// adds 1 with its inputs, and the one in OP adds 2 with its outputs alone. That makes 3, as much as a
+/// robot in OP that is in order, and passes for fresh though its inputs are those of before.
 pub(super) fn judge(reply: &GroupReply, member: usize, len: usize) -> Verdict {
     let state = reply.states.get(member).copied().unwrap_or(0);
     if state == 0 {

@@ -93,7 +93,7 @@ impl InFlight {
         Self { slots: core::iter::repeat_with(slot).take(FRAMES).collect(), next: 0 }
     }
 
-    /// Remembers a frame that was just sent. With all places taken, the oldest is forgotten.
+    /// Remembers a frame that was just sent. With all places taken, one of the others is forgotten.
     pub(super) fn sent(&mut self, frame: &[u8], now: Instant) {
         let free = self.slots.iter().position(|slot| !slot.is_open);
         let index = free.unwrap_or(self.next);

@@ -5,6 +5,7 @@
 mod borrowed;
 mod care;
 mod coe;
+mod condition;
 mod driver;
 mod error;
 mod event;
@@ -12,6 +13,8 @@ mod exchange;
 pub mod faulty_wire;
 mod group;
 mod in_flight;
+#[cfg(target_os = "linux")]
+mod interface;
 pub mod layout;
 mod mailbox_repeat;
 pub mod memory;

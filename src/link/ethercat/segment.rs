@@ -1,12 +1,6 @@
 //! A segment in operation: one bus cycle for all robots, and whoever falls brought back.
 //!
-//! ```text
-//!              +------------------------- back in OP -------------------------+
-//!              v                                                              |
-//!  start --> in OP --> not in OP (fell) --> look --> lift or restore ---------+
-//!              |                              ^
-//!              +-----> no answer (gone) --> answers again
-//! ```
+//! Read `condition.rs` first: what becomes of one robot.
 //!
 //! Invariants: inputs are handed on only from an exchange in which the robot was in OP and the working
 //! counter added up; an exchange does not allocate, except that a robot which left OP gets a task; no
@@ -17,11 +11,12 @@ use std::sync::Arc;
 use std::vec::Vec;
 
 use super::care::{CareKind, CareOutcome, Carer};
+use super::condition::{Condition, GONE_AFTER, Robot};
 use super::driver::{Driver, FrameCounters, LongTask};
 use super::error::{EthercatError, Step};
 use super::event::{EventKind, EventQueue, SegmentEvent};
 use super::exchange::{PER_ROBOT, Replies, Verdict, exchange_groups, judge};
-use super::group::Shared;
+use super::group::{GroupReply, Member, Shared};
 use super::monitor::only_dynamic_data;
 use super::notice::NoticeKind;
 use super::pdu_core::PduCore;
@@ -33,68 +28,16 @@ use super::wire::Wire;
 use crate::cycle::{CyclicSegment, InputQuality};
 use crate::time::{Duration, Instant};
 use crate::wire::ethercat::al::{AlState, AlStatusCode};
-use crate::wire::meca500::image::{INPUT_LEN, OUTPUT_LEN};
+use crate::wire::meca500::image::INPUT_LEN;
 
 /// Attempts to start before the error is told: frames can get lost on the way.
 pub(super) const START_ATTEMPTS: u32 = 3;
-/// Exchanges without an answer of a robot before it counts as gone.
-const GONE_AFTER: u32 = 20;
 /// Time between two looks for a robot that is gone.
 const FIND_EVERY: Duration = Duration::from_millis(100);
 /// Time before the next attempt to bring a robot back.
 const TRY_AGAIN_AFTER: Duration = Duration::from_millis(500);
 /// Exchanges between two looks for a reason while robots do not reach OP.
 const LOOK_EVERY: u64 = 50;
-
-/// Where a robot is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Condition {
-    /// On its way to OP for the first time.
-    Starting,
-    /// In OP.
-    InOp,
-    /// In another state; `seen` is what it was in when last looked at.
-    Away { seen: Option<AlState>, is_told: bool },
-    /// Does not answer; `answers` when something without an address does at its position, `is_told` when
-    /// that was said.
-    Gone { answers: bool, is_told: bool },
-    /// Not driven any more.
-    Blocked,
-}
-
-struct Robot {
-    outputs: [u8; OUTPUT_LEN],
-    inputs: [u8; INPUT_LEN],
-    quality: InputQuality,
-    condition: Condition,
-    unanswered: u32,
-    care_at: Instant,
-}
-
-impl Robot {
-    const fn new() -> Self {
-        Self {
-            outputs: [0; OUTPUT_LEN],
-            inputs: [0; INPUT_LEN],
-            quality: InputQuality::Lost,
-            condition: Condition::Starting,
-            unanswered: 0,
-            care_at: Instant::ZERO,
-        }
-    }
-
-    /// One more exchange without new inputs.
-    fn grow_stale(&mut self) {
-        self.quality = match self.quality {
-            _ if self.condition != Condition::InOp => InputQuality::Lost,
-            InputQuality::Fresh => InputQuality::Stale { age_cycles: 1 },
-            InputQuality::Stale { age_cycles } => {
-                InputQuality::Stale { age_cycles: age_cycles.saturating_add(1) }
-            }
-            InputQuality::Lost => InputQuality::Lost,
-        };
-    }
-}
 
 /// The task that brings a robot back, one at a time.
 struct Care {
@@ -119,8 +62,8 @@ pub struct EthercatSegment<W> {
     clock: Option<ClockTrack>,
     nudge_ns: i64,
     last_began: Option<Instant>,
-    /// Time of the wire minus time of the caller, for wires whose time is simulated.
-    offset: Option<Duration>,
+    /// Times of the caller and of the wire at the first exchange, for wires whose time is simulated.
+    began: Option<(Instant, Instant)>,
     next_care: usize,
     driver: Driver<W>,
 }
@@ -205,7 +148,7 @@ impl<W: Wire> EthercatSegment<W> {
             clock,
             nudge_ns: 0,
             last_began: None,
-            offset: None,
+            began: None,
             next_care: 0,
             driver,
         }
@@ -320,13 +263,13 @@ impl<W: Wire> EthercatSegment<W> {
             });
             match judge(&reply, member.index, group.len()) {
                 Verdict::Fresh if robot.condition == Condition::Blocked || is_changed => {
-                    robot.unanswered = 0;
+                    (robot.unanswered, robot.doubtful) = (0, 0);
                 }
                 Verdict::Fresh => {
                     if !matches!(robot.condition, Condition::InOp | Condition::Starting) {
                         self.events.push(number, EventKind::BackInOp);
                     }
-                    robot.unanswered = 0;
+                    (robot.unanswered, robot.doubtful) = (0, 0);
                     robot.condition = Condition::InOp;
                     robot.quality = InputQuality::Fresh;
                     group.read(
@@ -339,9 +282,13 @@ impl<W: Wire> EthercatSegment<W> {
                 Verdict::Doubtful => {
                     self.statistics.wrong_counter += 1;
                     robot.grow_stale();
+                    if robot.doubt() {
+                        let (expected, found) = (counter_of(&reply), reply.working_counter);
+                        self.events.push(number, EventKind::WrongCounter { expected, found });
+                    }
                 }
                 Verdict::NotInOp(_) => {
-                    robot.unanswered = 0;
+                    (robot.unanswered, robot.doubtful) = (0, 0);
                     match robot.condition {
                         Condition::InOp => {
                             robot.condition = Condition::Away { seen: None, is_told: false };
@@ -357,6 +304,7 @@ impl<W: Wire> EthercatSegment<W> {
                 }
                 Verdict::Silent => {
                     robot.unanswered = robot.unanswered.saturating_add(1);
+                    robot.doubtful = 0;
                     robot.quality = InputQuality::Lost;
                 }
             }
@@ -375,7 +323,7 @@ impl<W: Wire> EthercatSegment<W> {
     fn take_notice(&mut self) {
         let Some(notice) = self.driver.take_notice() else { return };
         if let NoticeKind::Emergency { code, register } = notice.kind {
-            let station = |member: &super::group::Member| member.station == notice.station;
+            let station = |member: &Member| member.station == notice.station;
             if let Some(robot) = self.shared.members.iter().position(station) {
                 self.events.push(robot, EventKind::Emergency { code, register });
             }
@@ -431,7 +379,7 @@ impl<W: Wire> EthercatSegment<W> {
             CareOutcome::InOp => {
                 tell(EventKind::BackInOp);
                 robot.condition = Condition::InOp;
-                robot.unanswered = 0;
+                (robot.unanswered, robot.doubtful) = (0, 0);
                 // The first inputs come with the next exchange.
                 robot.quality = InputQuality::Lost;
             }
@@ -537,6 +485,12 @@ impl<W: Wire> EthercatSegment<W> {
         &self.statistics
     }
 
+    /// The settings that the segment was started with.
+    #[must_use]
+    pub fn settings(&self) -> &SegmentSettings {
+        &self.settings
+    }
+
     /// Frames sent and received, the start included.
     #[must_use]
     pub const fn frames(&self) -> FrameCounters {
@@ -581,26 +535,6 @@ impl<W: Wire> EthercatSegment<W> {
     }
 }
 
-impl Robot {
-    /// The task that this robot needs at `now`.
-    fn needs(&self, now: Instant) -> Option<CareKind> {
-        if now < self.care_at {
-            return None;
-        }
-        match self.condition {
-            Condition::Starting | Condition::InOp | Condition::Blocked => None,
-            Condition::Away { seen: None, .. } => Some(CareKind::Look),
-            Condition::Away { seen: Some(AlState::SafeOp | AlState::Op), .. } => {
-                Some(CareKind::Lift)
-            }
-            Condition::Away { .. } | Condition::Gone { answers: true, .. } => {
-                Some(CareKind::Restore)
-            }
-            Condition::Gone { answers: false, .. } => Some(CareKind::Find),
-        }
-    }
-}
-
 /// How long a task may take before it counts as stuck: it takes a frame a cycle.
 fn limit_of(kind: CareKind, cycle: Duration) -> Duration {
     let own = match kind {
@@ -629,6 +563,12 @@ pub(super) fn is_worth_another_attempt(error: EthercatError) -> bool {
     }
 }
 
+/// The working counter that the robots in OP of a frame make.
+fn counter_of(reply: &GroupReply) -> u16 {
+    let in_op = |state: &&u8| AlState::from_wire(**state) == Some(AlState::Op);
+    reply.states.iter().filter(in_op).map(|_| PER_ROBOT).sum()
+}
+
 /// A signed number of nanoseconds as what to add and what to take away.
 fn nudge(ns: i64) -> (Duration, Duration) {
     let size = Duration::from_nanos(ns.unsigned_abs());
@@ -650,9 +590,9 @@ impl<W: Wire> CyclicSegment for EthercatSegment<W> {
 
     /// One bus cycle. Never fails: what goes wrong shows in the qualities and the events.
     fn exchange(&mut self, now: Instant) -> Result<(), EthercatError> {
-        let offset =
-            *self.offset.get_or_insert_with(|| self.driver.now().saturating_duration_since(now));
-        self.driver.wire_mut().advance_to(now + offset);
+        // Either may be ahead of the other.
+        let (callers, wires) = *self.began.get_or_insert_with(|| (now, self.driver.now()));
+        self.driver.wire_mut().advance_to(wires + now.saturating_duration_since(callers));
         self.cycle();
         Ok(())
     }

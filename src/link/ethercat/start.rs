@@ -38,8 +38,8 @@ const SEARCH_LIMIT: Duration = Duration::from_secs(1);
 /// How long subdevices in OP are watched before they count as driven by somebody else: longer than the
 /// watchdog of a robot whose main device has just gone.
 const DRIVEN_AFTER: Duration = Duration::from_millis(400);
-/// Time until the first SYNC0.
-const SYNC0_DELAY: Duration = Duration::from_millis(100);
+/// Time until the first SYNC0, after a start and after a restart of one robot.
+pub(super) const SYNC0_DELAY: Duration = Duration::from_millis(100);
 
 /// The power-up value of the watchdog divider: steps of 100 us.
 const WATCHDOG_DIVIDER: u16 = 0x09C2;

@@ -11,7 +11,7 @@ const LONGEST_NS: u64 = 1_000_000_000;
 /// Figures of a running segment.
 #[derive(Clone, Debug)]
 pub struct SegmentStatistics {
-    /// Exchanges so far, those of the start included.
+    /// Exchanges since all robots were in OP.
     pub exchanges: u64,
     /// Exchanges in which at least one frame did not come back in time.
     pub lost: u64,
