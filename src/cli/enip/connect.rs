@@ -11,6 +11,7 @@ use super::link_name::{EnipOptions, Host, KeyChoice};
 use crate::bus::enip::scanner::{ConfigPath, ConnectionSettings, Originator, ScannerEvent};
 use crate::cli::exit::Failure;
 use crate::link::enip::network::Network;
+use crate::link::enip::sockets::{OpenError, SocketNetwork, SocketSettings};
 use crate::link::enip::{EnipError, EnipSegment, EnipSettings, TargetSettings};
 use crate::time::Duration;
 use crate::wire::enip::IO_PORT;
@@ -96,6 +97,18 @@ pub(in crate::cli) fn io_port(options: &EnipOptions, targets: &[SocketAddrV4]) -
         None if are_here => 0,
         None => IO_PORT,
     }
+}
+
+/// Sockets to reach `targets` with.
+pub(in crate::cli) fn open_sockets(
+    options: &EnipOptions,
+    targets: &[SocketAddrV4],
+) -> Result<SocketNetwork, Failure> {
+    let settings = SocketSettings { bind: options.bind, io_port: io_port(options, targets) };
+    SocketNetwork::open(settings, targets).map_err(|error| match error {
+        OpenError::Bind { .. } => Failure::usage(error.to_string()),
+        _ => Failure::link(error.to_string()),
+    })
 }
 
 /// A connection that controls a robot, as the options want it.

@@ -4,4 +4,5 @@
 
 pub(super) mod connect;
 pub(super) mod link_name;
+pub(super) mod robots;
 pub(super) mod words;
