@@ -1,0 +1,7 @@
+//! EtherNet/IP.
+pub mod faulty_network;
+pub mod memory;
+pub mod network;
+mod readiness;
+pub mod serve;
+pub mod served;

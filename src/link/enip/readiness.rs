@@ -1,0 +1,1 @@
+//! Waiting for many sockets at once, to the nanosecond.
