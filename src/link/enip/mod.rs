@@ -1,4 +1,5 @@
 //! EtherNet/IP.
+mod bind_error;
 pub mod faulty_network;
 pub mod memory;
 pub mod network;
