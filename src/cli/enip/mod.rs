@@ -5,4 +5,6 @@
 pub(super) mod connect;
 pub(super) mod link_name;
 pub(super) mod robots;
+#[cfg(target_os = "linux")]
+pub(super) mod serve;
 pub(super) mod words;

@@ -21,6 +21,8 @@ const FIRST_IN_MEMORY: Ipv4Addr = Ipv4Addr::new(192, 168, 0, 101);
 /// Shortest interval that robots in this process accept, in us.
 const SHORTEST_RPI: Duration = Duration::from_micros(100);
 
+const LOOPBACK_NETMASK: Ipv4Addr = Ipv4Addr::new(255, 0, 0, 0);
+
 /// How a robot presents itself on EtherNet/IP.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::cli) struct Presentation {
@@ -48,6 +50,8 @@ pub(in crate::cli) fn served(
         min_rpi,
         // What is shorter than the usual step is granted as it was asked for.
         rpi_step: if min_rpi < defaults.min_rpi { Duration::ZERO } else { defaults.rpi_step },
+        // As the loopback interface has it: broadcasts to it reach the robots.
+        netmask: if address.is_loopback() { LOOPBACK_NETMASK } else { defaults.netmask },
         access: if monitoring_only { Access::MonitoringOnly } else { Access::Full },
         ..defaults
     };

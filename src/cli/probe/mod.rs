@@ -83,7 +83,7 @@ pub(super) struct ProbeArgs {
 /// Looks and tells.
 pub(super) fn run(args: &ProbeArgs) -> Result<Exit, Failure> {
     let robots = match &args.link {
-        LinkChoice::Sim => {
+        LinkChoice::EnipSim { .. } | LinkChoice::Enip(_) | LinkChoice::Sim => {
             return Err(Failure::usage(
                 "sim has no bus to look at; there are ethercat-sim and ethercat:IFACE[:POSITION]",
             ));
