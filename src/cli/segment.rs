@@ -160,8 +160,8 @@ fn start_enip<N: Network>(
         opening.say(&format!("{link}: opening {}", counted(targets.len(), "connection")));
     }
     let connection = connect::connection(options);
-    let (segment, opened) =
-        connect::start(network, targets, connection, START_LIMIT).map_err(|(error, _)| {
+    let (segment, opened) = connect::start(network, targets, connection, options.rpi, START_LIMIT)
+        .map_err(|(error, _)| {
             Failure::link(format!("--link {link}: {}", words::refusal(error, targets.len())))
         })?;
     for (number, opened) in (1..).zip(&opened) {

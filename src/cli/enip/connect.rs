@@ -135,11 +135,13 @@ pub(in crate::cli) fn connection(options: &EnipOptions) -> ConnectionSettings {
     }
 }
 
-/// Opens `connection` to all `targets`, and waits at most `limit` for their inputs.
+/// Opens `connection` to all `targets`, and waits at most `limit` for their inputs. Exchanges will follow
+/// each other every `cycle`, or at the interval that is granted.
 pub(in crate::cli) fn start<N: Network>(
     network: N,
     targets: &[SocketAddrV4],
     connection: ConnectionSettings,
+    cycle: Duration,
     limit: Duration,
 ) -> Result<(EnipSegment<N>, Vec<Opened>), (EnipError, N)> {
     let seed = seed();
@@ -150,7 +152,7 @@ pub(in crate::cli) fn start<N: Network>(
             .collect(),
         originator: originator(seed),
         seed,
-        cycle: connection.o2t_rpi.min(connection.t2o_rpi),
+        cycle,
         start_limit: limit,
     };
     let mut segment = EnipSegment::start(network, settings)

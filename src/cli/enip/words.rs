@@ -5,7 +5,7 @@ use std::prelude::v1::*;
 use super::connect::Opened;
 use crate::bus::enip::ConnectionKind;
 use crate::bus::enip::adapter::{AdapterEvent, ConnectionStatus};
-use crate::bus::enip::scanner::{ConfigPath, ScannerEvent};
+use crate::bus::enip::scanner::ScannerEvent;
 use crate::link::enip::EnipError;
 use crate::time::Duration;
 
@@ -22,14 +22,6 @@ pub(in crate::cli) fn refusal(error: EnipError, robots: usize) -> String {
             _ => format!("robot {} at {address}: {trouble}", target + 1),
         },
         error => error.to_string(),
-    }
-}
-
-/// The path of a connection.
-pub(in crate::cli) fn config(path: ConfigPath) -> String {
-    match path {
-        ConfigPath::Named(number) => format!("configuration assembly {number}"),
-        ConfigPath::None => "no configuration assembly".into(),
     }
 }
 
@@ -123,6 +115,7 @@ fn of(connection: &ConnectionStatus) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bus::enip::scanner::ConfigPath;
 
     #[test]
     fn a_granted_interval_is_told_only_where_it_differs() {
