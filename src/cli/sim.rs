@@ -5,7 +5,7 @@ use std::io::Write;
 use std::prelude::v1::*;
 use std::sync::atomic::Ordering;
 
-use clap::{Args, ValueEnum};
+use clap::{ArgGroup, Args, ValueEnum};
 
 use super::emulated_robot::{EmulatedRobot, Presentation, emulated, refuse_unknown_pdos};
 use super::enip::serve::Served;
@@ -56,9 +56,10 @@ Exit codes:
 /// machine, a pair of virtual interfaces (`ip link add ecat0 type veth peer name ecat1`) does.
 #[derive(Args, Debug)]
 #[command(after_help = EXIT_CODES, after_long_help = EXIT_CODES)]
+#[command(group(ArgGroup::new("bus").required(true).args(["ethercat", "enip"])))]
 pub(super) struct SimArgs {
     /// Network interface to serve on; nothing else should use it.
-    #[arg(long, value_name = "IFACE", required_unless_present = "enip", conflicts_with = "enip")]
+    #[arg(long, value_name = "IFACE")]
     ethercat: Option<String>,
     /// Address of this machine to serve at; further robots stand at the addresses behind it.
     #[arg(long, value_name = "ADDR")]

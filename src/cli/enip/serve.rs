@@ -11,6 +11,7 @@ use crate::cli::run_program::catch_interrupts;
 use crate::cli::sim::{Power, Teller};
 use crate::cli::wording::counted;
 use crate::link::enip::serve::{BindError, Ports, Server};
+use crate::link::enip::served::ServedRobot;
 use crate::sim::meca500::{CyclicBus, RobotSettings, VirtualRobot};
 use crate::time::Duration;
 use crate::wire::enip::{IO_PORT, MESSAGE_PORT};
@@ -85,6 +86,7 @@ impl Served {
             1 => String::new(),
             _ => format!("robot {}: ", robot + 1),
         };
+        let mut are_on_bus: Vec<bool> = server.robots().map(ServedRobot::is_on_bus).collect();
         teller.say(self.announcement());
         while !interrupted.load(Ordering::Relaxed) {
             server.step().map_err(|error| {
@@ -92,6 +94,19 @@ impl Served {
             })?;
             while let Some((robot, event)) = server.next_event() {
                 teller.say(format_args!("{}{}", label(robot), words::adapter_event(&event)));
+            }
+            for (robot, (served, was_on_bus)) in server.robots().zip(&mut are_on_bus).enumerate() {
+                if served.is_on_bus() != *was_on_bus {
+                    *was_on_bus = served.is_on_bus();
+                    teller.say(format_args!(
+                        "{}{}",
+                        label(robot),
+                        match served.is_on_bus() {
+                            true => "is back on the bus",
+                            false => "has left the bus; its connections are gone",
+                        }
+                    ));
+                }
             }
             let now = server.now();
             let devices = server.robots_mut().map(|robot| robot.device_mut());

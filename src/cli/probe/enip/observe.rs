@@ -156,7 +156,13 @@ pub(super) fn observe(plan: &Plan, interrupted: &AtomicBool) -> Result<Observati
 
 /// The connections to try, the best for watching first: none of them carries outputs.
 fn connections(options: &EnipOptions) -> impl Iterator<Item = ConnectionSettings> + use<> {
-    let base = ConnectionSettings { tries_other_config: false, ..connection(options) };
+    let base = ConnectionSettings {
+        tries_other_config: false,
+        // Once is enough.
+        first_retry: 2 * PATIENCE,
+        longest_retry: 2 * PATIENCE,
+        ..connection(options)
+    };
     let configs = match options.config {
         Some(config) => vec![config],
         None => vec![ConfigPath::Named(CONFIG_ASSEMBLY), ConfigPath::None],
