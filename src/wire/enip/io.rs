@@ -37,7 +37,11 @@ impl<'a> IoFrame<'a> {
         let address = items.next().ok_or(missing("address item"))?;
         let mut reader = Reader::new(MESSAGE, address.data);
         if address.kind != ItemType::SEQUENCED_ADDRESS {
-            return Err(reader.wrong("address item type", address.kind.0, "32770 (sequenced address)"));
+            return Err(reader.wrong(
+                "address item type",
+                address.kind.0,
+                "32770 (sequenced address)",
+            ));
         }
         let connection_id = reader.u32("connection id")?;
         let sequence = reader.u32("sequence number")?;
