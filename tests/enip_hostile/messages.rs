@@ -125,7 +125,8 @@ fn points(choices: &mut Choices<'_>) -> ConnectionPath<'static> {
 fn forward_open(is_large: bool, choices: &mut Choices<'_>) -> Vec<u8> {
     let mut points = points(choices);
     if choices.below(2) == 0 {
-        (points.key, points.t2o, points.data) = (None, Some(100), &[]);
+        (points.key, points.config) = (None, Some(151));
+        (points.t2o, points.data) = (Some(100), &[]);
     }
     let fitting = if points.o2t == Some(150) { 66 } else { 2 };
     let parameters = |connection_type, size| NetworkParameters {
@@ -148,7 +149,7 @@ fn forward_open(is_large: bool, choices: &mut Choices<'_>) -> Vec<u8> {
         ConnectionType::Reserved,
     ]);
     let intervals = [10_000, 10_000, 20_000, 50_000, 1, 0, 1_000_000, u32::MAX];
-    let open = ForwardOpen {
+    let mut open = ForwardOpen {
         priority_tick: 10,
         timeout_ticks: 14,
         o2t_id: 0,
@@ -162,6 +163,16 @@ fn forward_open(is_large: bool, choices: &mut Choices<'_>) -> Vec<u8> {
         transport: Transport(choices.pick(&[1, 1, 1, 1, 0x21, 0xA3])),
         path: &part(|room| points.write(room)),
     };
+    // Mostly such that it is granted, if the time is right for it.
+    if choices.below(4) > 0 {
+        open.o2t = parameters(ConnectionType::PointToPoint, fitting);
+        let multicast = choices.below(2) == 0 || points.o2t == Some(237);
+        let t2o_type =
+            if multicast { ConnectionType::Multicast } else { ConnectionType::PointToPoint };
+        open.t2o = parameters(t2o_type, 254);
+        open.transport = Transport::CLASS_1_CYCLIC;
+        (open.o2t_rpi_us, open.t2o_rpi_us) = (10_000, choices.pick(&[10_000, 20_500]));
+    }
     part(|room| open.write(room, is_large))
 }
 
