@@ -217,7 +217,7 @@ impl Surrounded {
 
     /// Lets time pass; behind its deadline the adapter wants none before now.
     pub(crate) fn pass(&mut self, time: Duration) {
-        self.now = self.now + time.min(Duration::from_secs(100_000));
+        self.now += time.min(Duration::from_secs(100_000));
         self.adapter.handle_timeout(self.now);
         self.drain();
         if let Some(due) = self.adapter.poll_timeout() {
@@ -308,7 +308,8 @@ impl Surrounded {
         let mut expected: Vec<_> =
             self.live.iter().map(|live| format!("{:?}", live.triad)).collect();
         let mut found: Vec<_> = open.iter().map(|open| format!("{:?}", open.triad)).collect();
-        (expected.sort_unstable(), found.sort_unstable());
+        expected.sort_unstable();
+        found.sort_unstable();
         assert_eq!(found, expected, "events and connections differ");
         let mut ids: Vec<_> = open.iter().map(|open| open.o2t_id).collect();
         ids.sort_unstable();

@@ -253,7 +253,7 @@ impl Surrounded {
 
     /// Lets time pass; behind its deadline the scanner wants none before now.
     pub(crate) fn pass(&mut self, time: Duration) {
-        self.now = self.now + time.min(Duration::from_secs(100_000));
+        self.now += time.min(Duration::from_secs(100_000));
         self.scanner.handle_timeout(self.now);
         self.drain();
         if let Some(due) = self.scanner.poll_timeout() {
