@@ -11,10 +11,10 @@ pub const OVERHEAD: usize = 20;
 /// The bit of the run/idle header that says run.
 const RUN: u32 = 1;
 
-/// One frame.
+/// One frame: 20 bytes and the data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct IoFrame<'a> {
-    /// Id of the connection, as its consumer knows it.
+    /// Id of the connection in this direction: O->T chosen by the target, T->O by the originator.
     pub connection_id: u32,
     /// Counts every frame of the connection.
     pub sequence: u32,
@@ -29,7 +29,8 @@ impl<'a> IoFrame<'a> {
     ///
     /// # Errors
     ///
-    /// The datagram does not consist of a sequenced address and connected data with a sequence count.
+    /// The datagram does not begin with a sequenced address and connected data with a sequence count, or its
+    /// items are malformed. Further items are passed over.
     pub fn read(datagram: &'a [u8]) -> Result<Self, DecodeError> {
         const MESSAGE: &str = "class 1 frame";
         let mut items = items(datagram)?;

@@ -36,7 +36,7 @@ impl Service {
     pub const LARGE_FORWARD_OPEN: Self = Self(0x5B);
 }
 
-/// A request.
+/// A request: service, path, data, at least 2 bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Request<'a> {
     /// What is asked.
@@ -79,14 +79,14 @@ impl<'a> Request<'a> {
     }
 }
 
-/// A response.
+/// A response: at least 4 bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Response<'a> {
     /// The service that was asked.
     pub service: Service,
     /// What came of it.
     pub status: GeneralStatus,
-    /// Words of additional status, little-endian.
+    /// Words of additional status, little-endian; 255 at most, usually none or one.
     pub additional: &'a [u8],
     /// With which data.
     pub data: &'a [u8],

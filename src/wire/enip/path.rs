@@ -10,7 +10,7 @@ const MESSAGE: &str = "path";
 /// One segment of a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Segment<'a> {
-    /// Number of a class.
+    /// Number of a class. Numbers take 2 bytes up to 255, 4 up to 65535, 6 beyond.
     Class(u32),
     /// Number of an instance; 0 is the class itself.
     Instance(u32),
@@ -24,7 +24,7 @@ pub enum Segment<'a> {
     Key(ElectronicKey),
     /// Least time between two frames, in ms.
     ProductionInhibit(u8),
-    /// Data for the configuration assembly.
+    /// Data for the configuration assembly: whole words, at most 255.
     Data(&'a [u8]),
 }
 
@@ -44,7 +44,7 @@ impl Segment<'_> {
     }
 }
 
-/// Which device a connection is meant for. Zeros fit everything.
+/// Which device a connection is meant for: 10 bytes, format 4. Zeros fit everything.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct ElectronicKey {
     /// Vendor number.
@@ -284,11 +284,13 @@ pub const ASSEMBLY: u32 = 4;
 
 impl<'a> ConnectionPath<'a> {
     /// Reads a connection path: perhaps a key, the assembly class, perhaps an instance for the
-    /// configuration, the O->T point, the T->O point, perhaps data. Points may be given as instances.
+    /// configuration, the O->T point, the T->O point, perhaps data. Points may be given as instances; one
+    /// point alone is that of O->T. A production inhibit time is passed over.
     ///
     /// # Errors
     ///
-    /// Segments that cannot be read, another class than assembly, or more than two points.
+    /// Segments that cannot be read, in another order or twice, another class than assembly, or more than
+    /// two points.
     pub fn read(path: &'a [u8]) -> Result<Self, DecodeError> {
         const CONNECTION: &str = "connection path";
         const ORDER: &str = "key, class, instance, points, data, each once";

@@ -343,7 +343,8 @@ impl Refusal {
             ),
             Self::Parameters => (
                 "the target does not support this kind of connection",
-                "try T->O unicast instead of multicast, or the other way round",
+                "try T->O unicast instead of multicast or the other way round, scheduled priority, fixed \
+                 size, and another multiplier",
             ),
             Self::TimedOut => {
                 ("a request or a connection timed out", "check the network and try again")
