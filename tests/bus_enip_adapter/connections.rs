@@ -186,7 +186,7 @@ fn a_late_caller_does_not_revive_an_expired_connection() {
     let (mut robot, session) = with_session();
     let id = robot.open(session, &owner("07 00")).o2t_id;
     robot.output(peer(1), id, (1, 1), true, 1);
-    robot.now = robot.now + ms(160);
+    robot.now += ms(160);
     robot.output(peer(1), id, (2, 2), true, 2);
     assert_eq!(robot.adapter.outputs(), None);
     assert_eq!(kinds(&robot), []);
