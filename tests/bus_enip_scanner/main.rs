@@ -7,6 +7,7 @@ mod closing;
 mod consuming;
 mod groups;
 mod limits;
+mod noise;
 mod opening;
 mod producing;
 mod refusals;
