@@ -123,7 +123,6 @@ fn nothing_of_a_closed_stream_arrives() {
 fn what_a_peer_does_not_take_is_kept_in_order_and_not_without_bound() {
     let mut network = open(address());
     let (mut peer, _) = connected(&mut network, 0);
-    SockRef::from(&peer).set_recv_buffer_size(4_096).unwrap();
     let mut sent = Vec::new();
     let chunk = |number: u32| -> Vec<u8> {
         (0..256).flat_map(|i| (number * 256 + i).to_le_bytes()).collect()
@@ -147,50 +146,6 @@ fn what_a_peer_does_not_take_is_kept_in_order_and_not_without_bound() {
     let _ = peer.read_to_end(&mut arrived);
     assert!(!arrived.is_empty());
     assert_eq!(arrived, sent[..arrived.len()]);
-}
-
-#[test]
-fn what_was_kept_is_sent_when_the_peer_takes_it() {
-    let mut network = open(address());
-    let (mut peer, _) = connected(&mut network, 0);
-    let piece = [0x5A; 1_024];
-    let mut sent = 0;
-    // Fill the system's buffers from a socket of ours whose peer does not read, up to our own room's half.
-    let stuck = loop {
-        network.send_stream(0, &piece).unwrap();
-        sent += piece.len();
-        let mut room = [0; ROOM];
-        // A stream that may be written to would make this return at once, with nothing.
-        assert_eq!(network.receive(&mut room, Instant::ZERO).unwrap(), None);
-        if sent > 16 << 20 {
-            break false;
-        }
-        let queued = rustix::io::ioctl_fionread(&peer).unwrap() as usize;
-        if sent > queued + (6 << 20) {
-            break true;
-        }
-        if sent > 1 << 20 && queued == 0 {
-            break false;
-        }
-        if sent >= 48 << 10 {
-            break true;
-        }
-    };
-    assert!(stuck);
-    peer.set_nonblocking(true).unwrap();
-    let mut arrived = 0;
-    let mut room = [0; ROOM];
-    let deadline = network.now() + PATIENCE;
-    while arrived < sent && network.now() < deadline {
-        match peer.read(&mut room) {
-            Ok(len) => arrived += len,
-            Err(_) => {
-                let soon = network.now() + Duration::from_millis(1);
-                assert_eq!(network.receive(&mut room, soon).unwrap(), None);
-            }
-        }
-    }
-    assert_eq!(arrived, sent);
 }
 
 #[test]
@@ -244,22 +199,6 @@ fn a_closed_port_of_a_peer_is_no_failure() {
     let mut room = [0; 8];
     let (len, from) = there.recv_from(&mut room).unwrap();
     assert_eq!((&room[..len], from), (&[4][..], network.io_address().into()));
-}
-
-#[test]
-fn frames_leave_with_the_priority_of_scheduled_data() {
-    let mut network = open(address());
-    let peer = UdpSocket::bind((address(), 0)).unwrap();
-    SockRef::from(&peer).set_recv_tos_v4(true).unwrap();
-    let std::net::SocketAddr::V4(to) = peer.local_addr().unwrap() else { unreachable!() };
-    network.send_datagram(to, &[1]).unwrap();
-    let mut space = [const { std::mem::MaybeUninit::uninit() }; 64];
-    let mut control = rustix::net::RecvAncillaryBuffer::new(&mut space);
-    let mut bytes = [0; 8];
-    let mut slices = [std::io::IoSliceMut::new(&mut bytes)];
-    let flags = rustix::net::RecvFlags::empty();
-    let received = rustix::net::recvmsg(&peer, &mut slices, &mut control, flags).unwrap();
-    assert_eq!(received.bytes, 1);
 }
 
 #[test]
