@@ -376,7 +376,7 @@ impl<N: Network> EnipSegment<N> {
         &mut self.network
     }
 
-    /// Shows every robot a frame with zeros that says idle, closes the connections and gives the network back.
+    /// Shows every robot two frames with zeros that say idle, closes the connections and gives the network back.
     /// Takes 600 ms at most.
     pub fn close(mut self) -> N {
         let targets = self.seats.len();
@@ -396,11 +396,12 @@ impl<N: Network> EnipSegment<N> {
         self.abandon()
     }
 
-    /// Whether every open connection has sent a frame since the outputs became zero.
+    /// Whether every open connection has sent two frames since the outputs became zero: one may get lost, or
+    /// be overtaken by what comes over TCP.
     fn has_shown_zeros(&self) -> bool {
         self.seats.iter().enumerate().all(|(target, seat)| {
             let status = self.scanner.status(target);
-            status.is_none_or(|now| !now.is_open || now.counters.produced > seat.sent.frames)
+            status.is_none_or(|now| !now.is_open || now.counters.produced > seat.sent.frames + 1)
         })
     }
 
