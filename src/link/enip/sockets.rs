@@ -27,6 +27,8 @@ const SCHEDULED_TOS: u32 = 47 << 2;
 const RECEIVE_BUFFER: usize = 4 << 20;
 /// Most bytes that wait for one TCP peer to take them.
 const MOST_UNSENT: usize = 64 << 10;
+/// Sockets that are ready at once without taking memory, besides those of the targets named.
+const USUAL_SOURCES: usize = 64;
 /// Attempts to receive while the system reports what other datagrams have met.
 const RECEIVE_ATTEMPTS: u32 = 64;
 
@@ -173,7 +175,7 @@ impl SocketNetwork {
             io_address,
             is_other_port,
             groups: Vec::with_capacity(targets.len()),
-            ready: VecDeque::with_capacity(1 + 2 * targets.len()),
+            ready: VecDeque::with_capacity(USUAL_SOURCES + 2 * targets.len()),
             streams,
         })
     }
@@ -523,4 +525,70 @@ fn is_taken(error: &io::Error) -> bool {
 fn is_under_way(error: &io::Error) -> bool {
     error.kind() == ErrorKind::WouldBlock
         || error.raw_os_error() == Some(rustix::io::Errno::INPROGRESS.raw_os_error())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::net::TcpListener;
+
+    use super::*;
+
+    fn open() -> SocketNetwork {
+        let settings = SocketSettings { bind: Some(Ipv4Addr::LOCALHOST), io_port: 0 };
+        SocketNetwork::open(settings, &[]).unwrap()
+    }
+
+    #[test]
+    fn frames_leave_with_the_priority_of_scheduled_data() {
+        assert_eq!(SockRef::from(&open().io).tos_v4().unwrap(), 0xBC);
+    }
+
+    #[test]
+    fn keys_tell_sockets_apart() {
+        for place in
+            [Place::Io, Place::Group(0), Place::Stream(0), Place::Group(9), Place::Stream(9)]
+        {
+            assert_eq!(Place::of(place.key()), place);
+        }
+    }
+
+    #[test]
+    fn what_was_kept_is_sent_in_order_when_the_peer_takes_it() {
+        let mut network = open();
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        network.connect(0, v4(listener.local_addr()).unwrap()).unwrap();
+        let mut room = [0; 4_096];
+        let deadline = network.now() + Duration::from_secs(20);
+        let there = network.receive(&mut room, deadline).unwrap();
+        assert_eq!(there, Some(Arrival::Connected { target: 0 }));
+        let mut peer = listener.accept().unwrap().0;
+        let kept = |network: &SocketNetwork| {
+            network.streams.first().unwrap().as_ref().unwrap().unsent.len()
+        };
+        // Until the system takes no more, and some is kept.
+        let mut sent: Vec<u8> = Vec::new();
+        while kept(&network) < 10_000 {
+            let piece: Vec<u8> = (0..1_000).map(|i| ((sent.len() + i) % 251) as u8).collect();
+            network.send_stream(0, &piece).unwrap();
+            sent.extend(piece);
+        }
+        peer.set_nonblocking(true).unwrap();
+        let mut arrived = Vec::new();
+        while arrived.len() < sent.len() && network.now() < deadline {
+            match peer.read(&mut room) {
+                Ok(len) => arrived.extend_from_slice(&room[..len]),
+                Err(_) => {
+                    let soon = network.now() + Duration::from_millis(1);
+                    assert_eq!(network.receive(&mut room, soon).unwrap(), None);
+                }
+            }
+        }
+        assert!(
+            arrived == sent,
+            "{} of {} bytes arrived as they were sent",
+            arrived.len(),
+            sent.len()
+        );
+        assert_eq!(kept(&network), 0);
+    }
 }
