@@ -7,6 +7,7 @@
 mod decode;
 #[cfg(target_os = "linux")]
 mod emulated_robot;
+mod enip;
 mod ethercat_options;
 mod exit;
 mod grid;

@@ -8,5 +8,7 @@
 
 pub mod clock;
 pub mod direct;
+#[cfg(feature = "enip")]
+pub mod enip;
 #[cfg(feature = "ethercat")]
 pub mod ethercat;

@@ -11,10 +11,10 @@ pub const OVERHEAD: usize = 20;
 /// The bit of the run/idle header that says run.
 const RUN: u32 = 1;
 
-/// One frame.
+/// One frame: 20 bytes and the data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct IoFrame<'a> {
-    /// Id of the connection, as its consumer knows it.
+    /// Id of the connection in this direction: O->T chosen by the target, T->O by the originator.
     pub connection_id: u32,
     /// Counts every frame of the connection.
     pub sequence: u32,
@@ -29,7 +29,8 @@ impl<'a> IoFrame<'a> {
     ///
     /// # Errors
     ///
-    /// The datagram does not consist of a sequenced address and connected data with a sequence count.
+    /// The datagram does not begin with a sequenced address and connected data with a sequence count, or its
+    /// items are malformed. Further items are passed over.
     pub fn read(datagram: &'a [u8]) -> Result<Self, DecodeError> {
         const MESSAGE: &str = "class 1 frame";
         let mut items = items(datagram)?;
@@ -37,7 +38,11 @@ impl<'a> IoFrame<'a> {
         let address = items.next().ok_or(missing("address item"))?;
         let mut reader = Reader::new(MESSAGE, address.data);
         if address.kind != ItemType::SEQUENCED_ADDRESS {
-            return Err(reader.wrong("address item type", address.kind.0, "0x8002"));
+            return Err(reader.wrong(
+                "address item type",
+                address.kind.0,
+                "32770 (sequenced address)",
+            ));
         }
         let connection_id = reader.u32("connection id")?;
         let sequence = reader.u32("sequence number")?;
@@ -45,7 +50,7 @@ impl<'a> IoFrame<'a> {
         let data = items.next().ok_or(missing("data item"))?;
         let mut reader = Reader::new(MESSAGE, data.data);
         if data.kind != ItemType::CONNECTED_DATA {
-            return Err(reader.wrong("data item type", data.kind.0, "0x00B1"));
+            return Err(reader.wrong("data item type", data.kind.0, "177 (connected data)"));
         }
         let data_sequence = reader.u16("sequence count")?;
         Ok(Self { connection_id, sequence, data_sequence, data: reader.rest() })

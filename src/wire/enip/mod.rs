@@ -1,7 +1,8 @@
 //! EtherNet/IP: encapsulation, the common packet format, CIP messages and class 1 frames.
 //!
 //! Read [`encapsulation`] first, then [`cpf`], [`message`] and [`path`]; a connection is opened with
-//! [`connection`] and its data travel in [`io`].
+//! [`connection`] and its data travel in [`io`]; [`session`] and [`identity`] hold the data of the few commands
+//! that are not messages of an object.
 //!
 //! Everything is little-endian except socket addresses. Reading borrows; writing goes into room that the
 //! caller gives. Reading is strict: a field that is cut off, a count that does not fit and bytes that belong
@@ -21,6 +22,7 @@ pub mod io;
 pub mod message;
 pub mod parameters;
 pub mod path;
+pub mod session;
 pub mod status;
 
 pub use error::{DecodeError, NoRoom};
