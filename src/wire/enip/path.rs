@@ -60,6 +60,14 @@ pub struct Segments<'a> {
     has_failed: bool,
 }
 
+impl<'a> Segments<'a> {
+    /// The bytes that have not been read yet; behind an error, up to where it was noticed.
+    #[must_use]
+    pub const fn rest(&self) -> &'a [u8] {
+        self.reader.rest()
+    }
+}
+
 /// Reads the segments of a padded path one by one; behind an error nothing follows.
 #[must_use]
 pub const fn segments(path: &[u8]) -> Segments<'_> {
