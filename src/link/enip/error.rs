@@ -94,7 +94,7 @@ impl EnipError {
     #[must_use]
     pub const fn is_transient(self) -> bool {
         match self {
-            Self::Target { trouble, .. } => !matches!(trouble, Trouble::FrameSize { .. }),
+            Self::Target { trouble, .. } => trouble.is_transient(),
             Self::NoFrames { .. } | Self::NotConnected { .. } | Self::Network(_) => true,
             _ => false,
         }
