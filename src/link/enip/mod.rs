@@ -15,7 +15,6 @@ pub mod faulty_network;
 pub mod list_identity;
 pub mod memory;
 pub mod network;
-mod readiness;
 mod segment;
 pub mod serve;
 pub mod served;

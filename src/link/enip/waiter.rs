@@ -18,6 +18,10 @@ pub(super) enum Interest {
     Read,
     /// That too, and room to write: a connection that comes up, or bytes that wait to be sent.
     ReadAndWrite,
+    /// Room to write, and nothing else: the peer is to read first.
+    Write,
+    /// Nothing for now, but for errors.
+    Nothing,
 }
 
 /// A socket to wait for, with the number that tells it apart.
@@ -117,6 +121,8 @@ mod in_kernel {
         match interest {
             Interest::Read => epoll::EventFlags::IN,
             Interest::ReadAndWrite => epoll::EventFlags::IN | epoll::EventFlags::OUT,
+            Interest::Write => epoll::EventFlags::OUT,
+            Interest::Nothing => epoll::EventFlags::empty(),
         }
     }
 
@@ -168,6 +174,8 @@ mod listed {
                 let flags = match source.interest {
                     Interest::Read => PollFlags::IN,
                     Interest::ReadAndWrite => PollFlags::IN | PollFlags::OUT,
+                    Interest::Write => PollFlags::OUT,
+                    Interest::Nothing => PollFlags::empty(),
                 };
                 PollFd::from_borrowed_fd(source.socket, flags)
             };
