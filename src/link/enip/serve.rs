@@ -36,6 +36,9 @@ use crate::wire::enip::{IO_PORT, MESSAGE_PORT};
 pub const BACKLOG: usize = 65_536;
 /// Messages that one socket hands over in a step, and that a robot sends in a step.
 const AT_ONCE: usize = 64;
+/// Bytes that are read off a TCP connection in a step: an adapter keeps the answers to so many, however small the
+/// requests are.
+const PIECE: usize = 256;
 /// Connections that may wait to be accepted.
 const WAITING: i32 = 16;
 /// How long no connections are accepted after the system could not give one.
@@ -89,7 +92,7 @@ struct Peer {
     stream: StreamId,
     /// What the system has not taken yet.
     backlog: Vec<u8>,
-    /// Whether the system is to tell when it takes more, and nothing else.
+    /// Whether the system is to tell when it takes more.
     waits_to_write: bool,
 }
 
@@ -484,13 +487,12 @@ impl<D: CyclicDevice> Seat<D> {
     ) {
         let Some(place) = self.peers.get_mut(stream) else { return };
         let Some(peer) = place else { return };
-        if !peer.backlog.is_empty() {
-            // The system may take more now. Nothing is read from a peer that does not read.
-            if peer.write_backlog(index, waiter).is_err() {
-                self.end(now, stream);
-            }
+        // The system may take more now.
+        if !peer.backlog.is_empty() && peer.write_backlog(index, waiter).is_err() {
+            self.end(now, stream);
             return;
         }
+        let room = room.get_mut(..PIECE).unwrap_or_default();
         let read = peer.socket.read(room);
         let id = peer.stream;
         match read {
@@ -548,7 +550,7 @@ impl Peer {
     }
 
     fn source(&self, index: usize) -> Source<'_> {
-        let interest = if self.waits_to_write { Interest::Write } else { Interest::Read };
+        let interest = if self.waits_to_write { Interest::ReadAndWrite } else { Interest::Read };
         source(key(index, FIRST_STREAM + self.stream.index()), &self.socket, interest)
     }
 
