@@ -199,3 +199,80 @@ fn targets_that_are_not_there_are_no_reason_to_fail() {
     assert_eq!(bench.scanner.answer(9), []);
     assert_eq!(bench.scanner.target_count(), 1);
 }
+
+#[test]
+fn closing_without_a_stream_makes_one_at_once() {
+    let mut bench = Bench::meca500();
+    bench.open(0);
+    bench.frames();
+    bench.scanner.handle_disconnected(bench.now, 0);
+    assert_eq!(bench.deeds(), []);
+    bench.scanner.close(bench.now, 0);
+    assert_eq!(bench.deeds(), [Deed::Connect(0)]);
+    bench.reconnect(0);
+    assert_eq!(bench.sent()[40], 0x4E);
+}
+
+#[test]
+fn a_stream_that_was_there_begins_with_the_shortest_pause_again() {
+    let mut bench = Bench::meca500();
+    let id = bench.open(0);
+    let mut sequence = 0;
+    // Time with frames until the scanner connects; how long that was, in steps of 10 ms.
+    let mut until_connect = |bench: &mut Bench| {
+        (1..200).find(|_| {
+            sequence += 1;
+            bench.receive(&frame(id, sequence, 1, &[0; 252]));
+            bench.pass(ms(10)).iter().any(|(_, deed)| *deed == Deed::Connect(0))
+        })
+    };
+    bench.scanner.handle_disconnected(bench.now, 0);
+    for pause in [20, 40, 80] {
+        assert_eq!(until_connect(&mut bench), Some(pause));
+        bench.scanner.handle_disconnected(bench.now, 0);
+    }
+    assert_eq!(until_connect(&mut bench), Some(160));
+    bench.reconnect(0);
+    bench.scanner.handle_disconnected(bench.now, 0);
+    assert_eq!(until_connect(&mut bench), Some(20));
+}
+
+#[test]
+fn a_connection_that_ran_begins_with_the_shortest_pause_again() {
+    for (runs, pause) in [(false, 800), (true, 200)] {
+        let mut bench = Bench::meca500();
+        let mut open = bench.up_to_open(0);
+        for pause in [200, 400] {
+            bench.refuse(0, &open, &[0x0106]);
+            open = Bench::requests(&bench.pass(ms(pause)), 0x54).remove(0);
+        }
+        bench.answer(0, &open, &Bench::acceptance(&open, t2o_id(&open), 10_000, 10_000));
+        if runs {
+            bench.receive(&frame(t2o_id(&open), 1, 1, &[0; 252]));
+        }
+        bench.events();
+        bench.pass(Duration::from_secs(if runs { 0 } else { 10 }) + ms(160));
+        let events = bench.events();
+        let Some(ScannerEvent::Failed { retry_in, .. }) = events.last() else {
+            panic!("{events:?}")
+        };
+        assert_eq!(*retry_in, Some(ms(pause)));
+    }
+}
+
+#[test]
+fn the_end_of_another_connection_is_not_that_of_this_one() {
+    let mut bench = Bench::meca500();
+    bench.open(0);
+    bench.frames();
+    bench.events();
+    bench.scanner.close(bench.now, 0);
+    let close = bench.sent();
+    let mut other = close.clone();
+    other[48] ^= 1;
+    bench.confirm_close(0, &other);
+    bench.refuse(0, &other, &[0x0107]);
+    assert_eq!(bench.events(), []);
+    bench.confirm_close(0, &close);
+    assert_eq!(bench.events(), [CLOSED]);
+}

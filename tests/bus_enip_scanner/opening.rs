@@ -364,3 +364,17 @@ pub(crate) fn open_both(bench: &mut Bench, o2t_api_us: [u32; 2]) -> [[u8; 4]; 2]
     }
     panic!("they are not open");
 }
+
+#[test]
+fn a_path_that_was_not_the_reason_is_kept_for_the_next_attempt() {
+    let mut bench = Bench::meca500();
+    let first = bench.up_to_open(0);
+    bench.refuse(0, &first, &[0x0117]);
+    let other = bench.sent();
+    bench.refuse(0, &other, &[0x0106]);
+    let opens = Bench::requests(&bench.pass(ms(200)), 0x54);
+    assert!(opens[0].ends_with(&hex("03 20 04 2C 96 2C 64")), "the one that was not refused");
+    // Each attempt may try both again.
+    bench.refuse(0, &opens[0], &[0x0117]);
+    assert!(bench.sent().ends_with(&hex("04 20 04 24 97 2C 96 2C 64")));
+}

@@ -169,3 +169,18 @@ fn each_target_has_its_own_pace_and_its_own_outputs() {
         assert!(frames.iter().all(|frame| frame[24..] == [1 + target as u8; 60]));
     }
 }
+
+#[test]
+fn a_late_frame_is_not_followed_at_once_by_an_early_one() {
+    let mut bench = Bench::meca500();
+    bench.scanner.set_early(ms(5));
+    bench.open(0);
+    assert_eq!(bench.frames().len(), 1);
+    // Due at 10 ms; the next one at 20 ms, so at 15 ms at the earliest, but only 1 ms behind this one.
+    bench.now += ms(14);
+    assert_eq!(bench.frames().len(), 1);
+    bench.now += ms(1);
+    assert_eq!(bench.frames().len(), 0);
+    bench.now += ms(4);
+    assert_eq!(bench.frames().len(), 1);
+}
