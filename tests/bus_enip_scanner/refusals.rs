@@ -28,7 +28,7 @@ fn each_refusal_has_words_and_is_tried_again_or_not() {
         (vec![0x0100], true, "another serial number"),
         (vec![0x0106], true, "somebody else controls the robot"),
         (vec![0x0113], true, "no connection left"),
-        (vec![0x0119], true, "no owner"),
+        (vec![0x0119], true, "listened to"),
         (vec![0x0203], true, "timed out"),
         (vec![0x0204], true, "timed out"),
         (vec![0x0103], false, "kind of connection"),
@@ -69,7 +69,9 @@ fn a_refusal_for_good_can_be_tried_again_all_the_same() {
 
 #[test]
 fn other_general_statuses_are_told_as_they_are() {
-    for (general, is_transient) in [(0x02, true), (0x08, false), (0x10, true), (0x15, false)] {
+    for (general, is_transient) in
+        [(0x02, true), (0x08, false), (0x10, true), (0x15, false), (0x25, false)]
+    {
         let mut bench = Bench::new(&[one_path()]);
         let open = bench.up_to_open(0);
         bench.answer(0, &open, &[0xD4, 0, general, 0]);
