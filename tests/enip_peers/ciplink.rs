@@ -242,7 +242,10 @@ fn a_listener_hears_as_long_as_there_is_somebody_to_listen_to() {
         panic!("{error}");
     };
     assert_eq!(extended, Some(ExtendedStatus::NO_OWNER));
-    assert!(error.is_transient() && error.to_string().contains("no owner to listen to"), "{error}");
+    assert!(
+        error.is_transient() && error.to_string().contains("let an owner connect first"),
+        "{error}"
+    );
 
     let mut owner = start(at, ConnectionSettings { t2o_type: T2oType::Multicast, ..owner() });
     let mut listener = start(at, listens);
