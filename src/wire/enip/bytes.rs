@@ -112,6 +112,26 @@ impl<'a> Writer<'a> {
         self.put(&value.to_le_bytes());
     }
 
+    /// Puts the size of `bytes` in 16-bit words, `between`, and the bytes, an odd one filled up with a zero.
+    ///
+    /// More than 255 words cannot be said and count as not fitting.
+    pub(crate) fn put_words(&mut self, bytes: &[u8], between: &[u8]) {
+        match u8::try_from(bytes.len().div_ceil(2)) {
+            Ok(words) => self.u8(words),
+            Err(_) => self.is_overfull = true,
+        }
+        self.put(between);
+        self.put(bytes);
+        if bytes.len() % 2 == 1 {
+            self.u8(0);
+        }
+    }
+
+    /// Notes that a value does not fit its field.
+    pub(crate) const fn fail(&mut self) {
+        self.is_overfull = true;
+    }
+
     /// Bytes so far.
     pub(crate) const fn len(&self) -> usize {
         self.len

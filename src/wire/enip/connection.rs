@@ -4,7 +4,7 @@
 
 use super::bytes::{Reader, Writer};
 use super::error::{DecodeError, NoRoom};
-use super::parameters::{NetworkParameters, TimeoutMultiplier};
+use super::parameters::{MAX_SMALL_SIZE, NetworkParameters, TimeoutMultiplier};
 
 /// What tells one originator's connection from all others.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -38,7 +38,7 @@ impl Triad {
 pub struct Transport(pub u8);
 
 impl Transport {
-    /// Class 1, produced cyclically, the target being the server of it only for explicit messages.
+    /// Class 1, produced cyclically; the direction bit is that of a client, as for all I/O.
     pub const CLASS_1_CYCLIC: Self = Self(0x01);
 
     /// Its class, 0 to 15.
@@ -47,10 +47,17 @@ impl Transport {
         self.0 & 0x0F
     }
 
-    /// When data are produced: 0 cyclically, 1 on change, 2 when the application says so.
+    /// When data are produced: 0 cyclically, 1 on change, 2 when the application says so; 3 to 7 are
+    /// reserved.
     #[must_use]
     pub const fn trigger(self) -> u8 {
         self.0 >> 4 & 7
+    }
+
+    /// Whether the target is the server of the connection (bit 7): explicit messages set it, I/O does not.
+    #[must_use]
+    pub const fn is_server(self) -> bool {
+        self.0 & 0x80 != 0
     }
 }
 
@@ -129,11 +136,13 @@ impl<'a> ForwardOpen<'a> {
         })
     }
 
-    /// Writes the data of a Forward Open, or of a Large one, and returns their length.
+    /// Writes the data of a Forward Open, or of a Large one, and returns their length: 36 or 40 bytes and
+    /// the path.
     ///
     /// # Errors
     ///
-    /// [`NoRoom`] if they do not fit.
+    /// [`NoRoom`] if they do not fit, the path is longer than 255 words, or a size is above 511 bytes and
+    /// the Forward Open is not a Large one.
     pub fn write(&self, room: &mut [u8], is_large: bool) -> Result<usize, NoRoom> {
         let mut writer = Writer::new(room);
         writer.put(&[self.priority_tick, self.timeout_ticks]);
@@ -146,19 +155,16 @@ impl<'a> ForwardOpen<'a> {
             if is_large {
                 writer.u32(parameters.to_double_word());
             } else {
+                if parameters.size > MAX_SMALL_SIZE {
+                    writer.fail();
+                }
                 writer.u16(parameters.to_word());
             }
         }
         writer.u8(self.transport.0);
-        put_path(&mut writer, self.path);
+        writer.put_words(self.path, &[]);
         writer.finish()
     }
-}
-
-/// The size of a path in words, and the path.
-fn put_path(writer: &mut Writer<'_>, path: &[u8]) {
-    writer.u8(u8::try_from(path.len() / 2).unwrap_or(u8::MAX));
-    writer.put(path);
 }
 
 /// The answer of a target that opened the connection.
@@ -221,9 +227,7 @@ fn read_application<'a>(reader: &mut Reader<'a>) -> Result<&'a [u8], DecodeError
 }
 
 fn put_application(writer: &mut Writer<'_>, application: &[u8]) {
-    writer.u8(u8::try_from(application.len() / 2).unwrap_or(u8::MAX));
-    writer.u8(0);
-    writer.put(application);
+    writer.put_words(application, &[0]);
 }
 
 /// What a refused Forward Open or Forward Close carries behind its status.
@@ -239,16 +243,21 @@ impl ConnectionRefusal {
     /// Length in bytes.
     pub const LEN: usize = 10;
 
-    /// Reads the data of a refusal.
+    /// Reads the data of a refusal. The size of the remaining path belongs to errors of routing only, so a
+    /// device may leave it out, together with the reserved byte behind it: it then reads as 0.
     ///
     /// # Errors
     ///
-    /// They are cut off.
+    /// They are cut off, or longer than 10 bytes.
     pub fn read(data: &[u8]) -> Result<Self, DecodeError> {
         let mut reader = Reader::new("refusal of a connection", data);
         let triad = Triad::read(&mut reader)?;
+        if reader.rest().is_empty() {
+            return Ok(Self { triad, remaining_path_words: 0 });
+        }
         let remaining_path_words = reader.u8("remaining path size")?;
         reader.u8("reserved byte")?;
+        reader.end()?;
         Ok(Self { triad, remaining_path_words })
     }
 
@@ -303,9 +312,7 @@ impl<'a> ForwardClose<'a> {
         let mut writer = Writer::new(room);
         writer.put(&[self.priority_tick, self.timeout_ticks]);
         self.triad.put(&mut writer);
-        writer.u8(u8::try_from(self.path.len() / 2).unwrap_or(u8::MAX));
-        writer.u8(0);
-        writer.put(self.path);
+        writer.put_words(self.path, &[0]);
         writer.finish()
     }
 }

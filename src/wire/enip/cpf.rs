@@ -151,8 +151,8 @@ impl<'a> Unconnected<'a> {
     ///
     /// # Errors
     ///
-    /// The interface is not CIP, the items are malformed, or the first two are not a null address and an
-    /// unconnected message. Items of unknown types are passed over.
+    /// The interface is not CIP, the items are malformed, the first two are not a null address and an
+    /// unconnected message, or a direction has two socket addresses. Items of unknown types are passed over.
     pub fn read(data: &'a [u8]) -> Result<Self, DecodeError> {
         const MESSAGE: &str = "SendRRData";
         let mut reader = Reader::new(MESSAGE, data);
@@ -164,12 +164,16 @@ impl<'a> Unconnected<'a> {
         let mut items = items(reader.rest())?;
         let missing = |field| DecodeError::Truncated { message: MESSAGE, field };
         let address = items.next().ok_or(missing("address item"))?;
-        if (address.kind, address.data.len()) != (ItemType::NULL_ADDRESS, 0) {
-            return Err(reader.wrong("address item type", address.kind.0, "0 without data"));
+        if address.kind != ItemType::NULL_ADDRESS {
+            return Err(reader.wrong("address item type", address.kind.0, "0 (unconnected)"));
+        }
+        if !address.data.is_empty() {
+            let len = u32::try_from(address.data.len()).unwrap_or(u32::MAX);
+            return Err(reader.wrong("address item length", len, "0"));
         }
         let data = items.next().ok_or(missing("data item"))?;
         if data.kind != ItemType::UNCONNECTED_DATA {
-            return Err(reader.wrong("data item type", data.kind.0, "0x00B2"));
+            return Err(reader.wrong("data item type", data.kind.0, "178 (unconnected data)"));
         }
         let mut unconnected = Self { timeout_s, ..Self::new(data.data) };
         for item in items {
@@ -178,7 +182,9 @@ impl<'a> Unconnected<'a> {
                 ItemType::SOCKET_T2O => &mut unconnected.t2o_address,
                 _ => continue,
             };
-            *slot = Some(read_socket_address(item.data)?);
+            if slot.replace(read_socket_address(item.data)?).is_some() {
+                return Err(reader.wrong("socket address item type", item.kind.0, "there once"));
+            }
         }
         Ok(unconnected)
     }

@@ -52,6 +52,8 @@ impl EncapsulationStatus {
     pub const INVALID_LENGTH: Self = Self(0x0065);
     /// The protocol version is not supported.
     pub const UNSUPPORTED_VERSION: Self = Self(0x0069);
+    /// The service is not allowed on this port: the device wants CIP Security.
+    pub const NOT_ON_THIS_PORT: Self = Self(0x006A);
 }
 
 impl core::fmt::Display for EncapsulationStatus {
@@ -64,6 +66,7 @@ impl core::fmt::Display for EncapsulationStatus {
             Self::INVALID_SESSION => "session handle unknown",
             Self::INVALID_LENGTH => "length does not fit the command",
             Self::UNSUPPORTED_VERSION => "protocol version not supported",
+            Self::NOT_ON_THIS_PORT => "service not allowed on this port",
             _ => "not a status of the standard",
         };
         write!(f, "0x{:04X}: {text}", self.0)

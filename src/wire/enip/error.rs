@@ -33,9 +33,10 @@ pub enum DecodeError {
     },
 }
 
-/// The room given for a message is too small for it.
+/// The room given for a message is too small for it, or a part is longer than the length in front of it
+/// can say (255 words of a path, 65535 bytes of an item, 511 bytes of a connection's size).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("a message does not fit into {room} bytes")]
+#[error("a message does not fit into {room} bytes, or a part of it not into its length field")]
 pub struct NoRoom {
     /// Bytes there were.
     pub room: usize,

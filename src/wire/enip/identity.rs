@@ -7,7 +7,7 @@ use core::net::SocketAddrV4;
 use super::bytes::{Reader, Writer};
 use super::cpf::{self, ItemType};
 use super::encapsulation::{PROTOCOL_VERSION, PacketWriter};
-use super::error::DecodeError;
+use super::error::{DecodeError, NoRoom};
 
 /// Most bytes of a product name.
 pub const NAME_LEN: usize = 32;
@@ -98,6 +98,9 @@ impl Identity {
         let status = reader.u16("status")?;
         let serial = reader.u32("serial number")?;
         let len = reader.u8("length of product name")?;
+        if usize::from(len) > NAME_LEN {
+            return Err(reader.wrong("length of product name", len, "0 to 32"));
+        }
         let name = ProductName::new(reader.take("product name", usize::from(len))?);
         Ok(Self { vendor, device_type, product_code, major, minor, status, serial, name })
     }
@@ -107,9 +110,21 @@ impl Identity {
     ///
     /// # Errors
     ///
-    /// It is cut off.
+    /// It is cut off, or its name is longer than 32 bytes.
     pub fn read(data: &[u8]) -> Result<Self, DecodeError> {
         Self::read_attributes(&mut Reader::new("identity", data))
+    }
+
+    /// Writes what GetAttributesAll of the identity object returns, attributes 1 to 7, and returns its
+    /// length: 15 bytes and the name.
+    ///
+    /// # Errors
+    ///
+    /// [`NoRoom`] if it does not fit; 47 bytes always suffice.
+    pub fn write(&self, room: &mut [u8]) -> Result<usize, NoRoom> {
+        let mut writer = Writer::new(room);
+        self.put_attributes(&mut writer);
+        writer.finish()
     }
 }
 
@@ -125,11 +140,12 @@ pub struct ListedIdentity {
 }
 
 impl ListedIdentity {
-    /// Reads the data of a ListIdentity answer: one item.
+    /// Reads the data of a ListIdentity answer: one identity item, others are passed over. A device that
+    /// names another protocol version than 1 is listed all the same.
     ///
     /// # Errors
     ///
-    /// There is no identity item, or it is malformed.
+    /// There is no identity item, or it is malformed or longer than its fields.
     pub fn read(data: &[u8]) -> Result<Self, DecodeError> {
         const MESSAGE: &str = "ListIdentity answer";
         let item = cpf::items(data)?.find(|item| item.kind == ItemType::LIST_IDENTITY);
@@ -139,6 +155,7 @@ impl ListedIdentity {
         let address = cpf::read_socket_address(reader.take("socket address", 16)?)?;
         let identity = Identity::read_attributes(&mut reader)?;
         let state = reader.u8("state")?;
+        reader.end()?;
         Ok(Self { address, identity, state })
     }
 

@@ -37,7 +37,11 @@ impl<'a> IoFrame<'a> {
         let address = items.next().ok_or(missing("address item"))?;
         let mut reader = Reader::new(MESSAGE, address.data);
         if address.kind != ItemType::SEQUENCED_ADDRESS {
-            return Err(reader.wrong("address item type", address.kind.0, "0x8002"));
+            return Err(reader.wrong(
+                "address item type",
+                address.kind.0,
+                "32770 (sequenced address)",
+            ));
         }
         let connection_id = reader.u32("connection id")?;
         let sequence = reader.u32("sequence number")?;
@@ -45,7 +49,7 @@ impl<'a> IoFrame<'a> {
         let data = items.next().ok_or(missing("data item"))?;
         let mut reader = Reader::new(MESSAGE, data.data);
         if data.kind != ItemType::CONNECTED_DATA {
-            return Err(reader.wrong("data item type", data.kind.0, "0x00B1"));
+            return Err(reader.wrong("data item type", data.kind.0, "177 (connected data)"));
         }
         let data_sequence = reader.u16("sequence count")?;
         Ok(Self { connection_id, sequence, data_sequence, data: reader.rest() })

@@ -9,7 +9,9 @@ use super::status::{ExtendedStatus, GeneralStatus};
 /// Set in the service of a response.
 const RESPONSE: u8 = 0x80;
 
-/// What is asked of an object.
+/// What is asked of an object: 0x00 to 0x7F; bit 7 tells a response from a request and stands apart from it.
+///
+/// Source: CIP volume 1, appendix A for the common services, chapter 3 for those of the connection manager.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Service(pub u8);
 
@@ -62,18 +64,16 @@ impl<'a> Request<'a> {
         Ok(Self { service: Service(service), path, data: reader.rest() })
     }
 
-    /// Writes the request into `room` and returns its length.
+    /// Writes the request into `room` and returns its length. A path of an odd number of bytes, which no
+    /// encoded path has, is filled up with a zero.
     ///
     /// # Errors
     ///
     /// [`NoRoom`] if it does not fit, or if the path is longer than 255 words.
     pub fn write(&self, room: &mut [u8]) -> Result<usize, NoRoom> {
-        let room_len = room.len();
         let mut writer = Writer::new(room);
-        let words = u8::try_from(self.path.len().div_ceil(2));
-        writer.u8(self.service.0);
-        writer.u8(words.map_err(|_| NoRoom { room: room_len })?);
-        writer.put(self.path);
+        writer.u8(self.service.0 & !RESPONSE);
+        writer.put_words(self.path, &[]);
         writer.put(self.data);
         writer.finish()
     }

@@ -21,6 +21,7 @@ pub mod io;
 pub mod message;
 pub mod parameters;
 pub mod path;
+pub mod session;
 pub mod status;
 
 pub use error::{DecodeError, NoRoom};

@@ -28,6 +28,22 @@ pub enum Segment<'a> {
     Data(&'a [u8]),
 }
 
+impl Segment<'_> {
+    /// Its first byte, with the shortest format: names it in errors.
+    const fn kind(&self) -> u8 {
+        match self {
+            Self::Class(_) => LOGICAL,
+            Self::Instance(_) => LOGICAL | 1 << 2,
+            Self::Member(_) => LOGICAL | 2 << 2,
+            Self::ConnectionPoint(_) => LOGICAL | 3 << 2,
+            Self::Attribute(_) => LOGICAL | 4 << 2,
+            Self::Key(_) => KEY,
+            Self::ProductionInhibit(_) => PRODUCTION_INHIBIT,
+            Self::Data(_) => SIMPLE_DATA,
+        }
+    }
+}
+
 /// Which device a connection is meant for. Zeros fit everything.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct ElectronicKey {
@@ -142,8 +158,7 @@ fn read_key(reader: &mut Reader<'_>) -> Result<ElectronicKey, DecodeError> {
     })
 }
 
-fn put_logical(writer: &mut Writer<'_>, logical_type: u8, value: u32) {
-    let kind = LOGICAL | logical_type << 2;
+fn put_logical(writer: &mut Writer<'_>, kind: u8, value: u32) {
     if let Ok(value) = u8::try_from(value) {
         writer.u8(kind);
         writer.u8(value);
@@ -160,11 +175,11 @@ fn put_logical(writer: &mut Writer<'_>, logical_type: u8, value: u32) {
 
 pub(crate) fn put_segment(writer: &mut Writer<'_>, segment: Segment<'_>) {
     match segment {
-        Segment::Class(value) => put_logical(writer, 0, value),
-        Segment::Instance(value) => put_logical(writer, 1, value),
-        Segment::Member(value) => put_logical(writer, 2, value),
-        Segment::ConnectionPoint(value) => put_logical(writer, 3, value),
-        Segment::Attribute(value) => put_logical(writer, 4, value),
+        Segment::Class(value)
+        | Segment::Instance(value)
+        | Segment::Member(value)
+        | Segment::ConnectionPoint(value)
+        | Segment::Attribute(value) => put_logical(writer, segment.kind(), value),
         Segment::Key(key) => {
             writer.put(&[KEY, KEY_FORMAT]);
             writer.u16(key.vendor);
@@ -176,11 +191,7 @@ pub(crate) fn put_segment(writer: &mut Writer<'_>, segment: Segment<'_>) {
         Segment::ProductionInhibit(ms) => writer.put(&[PRODUCTION_INHIBIT, ms]),
         Segment::Data(data) => {
             writer.u8(SIMPLE_DATA);
-            writer.u8(u8::try_from(data.len().div_ceil(2)).unwrap_or(u8::MAX));
-            writer.put(data);
-            if data.len() % 2 == 1 {
-                writer.u8(0);
-            }
+            writer.put_words(data, &[]);
         }
     }
 }
@@ -208,11 +219,12 @@ impl ObjectPath {
     pub fn read(path: &[u8]) -> Result<Self, DecodeError> {
         const ORDER: &str = "class, instance and attribute in this order";
         let reader = Reader::new(MESSAGE, path);
-        let first = path.first().copied().unwrap_or(0);
-        let wrong = || reader.wrong("first segment type", first, ORDER);
+        let wrong = |other: Segment<'_>| reader.wrong("order of segments", other.kind(), ORDER);
         let mut segments = segments(path);
-        let Some(Segment::Class(class)) = segments.next().transpose()? else {
-            return Err(wrong());
+        let class = match segments.next().transpose()? {
+            Some(Segment::Class(class)) => class,
+            Some(other) => return Err(wrong(other)),
+            None => return Err(DecodeError::Truncated { message: MESSAGE, field: "class" }),
         };
         let mut found = Self { class, instance: 0, attribute: None };
         let mut has_instance = false;
@@ -230,7 +242,7 @@ impl ObjectPath {
                 Segment::Attribute(attribute) if found.attribute.is_none() => {
                     found.attribute = Some(attribute);
                 }
-                _ => return Err(wrong()),
+                other => return Err(wrong(other)),
             }
         }
         Ok(found)
@@ -278,32 +290,32 @@ impl<'a> ConnectionPath<'a> {
     ///
     /// Segments that cannot be read, another class than assembly, or more than two points.
     pub fn read(path: &'a [u8]) -> Result<Self, DecodeError> {
-        let reader = Reader::new("connection path", path);
+        const CONNECTION: &str = "connection path";
+        const ORDER: &str = "key, class, instance, points, data, each once";
+        let reader = Reader::new(CONNECTION, path);
         let mut found = Self::default();
         let mut class = None;
         let mut instances = [None; 3];
         let mut points = [None; 2];
         for segment in segments(path) {
             match segment? {
-                Segment::Key(key) if class.is_none() => found.key = Some(key),
+                Segment::Key(key) if class.is_none() && found.key.is_none() => {
+                    found.key = Some(key);
+                }
                 Segment::Class(number) if class.is_none() => class = Some(number),
                 Segment::Instance(number) => push(&reader, &mut instances, number)?,
                 Segment::ConnectionPoint(number) => push(&reader, &mut points, number)?,
                 Segment::ProductionInhibit(_) => {}
-                Segment::Data(data) => found.data = data,
-                _ => {
-                    return Err(reader.wrong(
-                        "segment",
-                        0_u8,
-                        "key, class, instance, points, data",
-                    ));
+                Segment::Data(data) if class.is_some() && found.data.is_empty() => {
+                    found.data = data;
                 }
+                other => return Err(reader.wrong("order of segments", other.kind(), ORDER)),
             }
         }
         match class {
             Some(ASSEMBLY) => {}
             Some(other) => return Err(reader.wrong("class", other, "4 (assembly)")),
-            None => return Err(reader.wrong("class", 0_u8, "4 (assembly)")),
+            None => return Err(DecodeError::Truncated { message: CONNECTION, field: "class" }),
         }
         (found.config, found.o2t, found.t2o) = match (instances, points) {
             ([config, None, None], [o2t, t2o]) => (config, o2t, t2o),
