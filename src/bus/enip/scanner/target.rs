@@ -474,7 +474,10 @@ impl Target {
             self.has_tried_other_config = true;
             self.config = self.other_config();
         } else {
-            self.config = self.settings.config;
+            // A path that was refused for another reason than itself is good enough for the next attempt.
+            if trouble.is_about_the_path() {
+                self.config = self.settings.config;
+            }
             self.fail(now, trouble);
         }
     }
