@@ -39,7 +39,7 @@ struct Seat {
     address: SocketAddrV4,
     o2t_len: usize,
     t2o_len: usize,
-    /// Group that its frames come to.
+    /// Group that its frames came to when its connection was opened first.
     group: Option<Ipv4Addr>,
     is_open: bool,
     is_running: bool,
@@ -70,12 +70,14 @@ pub struct EnipSegment<N> {
     events: VecDeque<ScannerEvent>,
     statistics: EnipStatistics,
     /// Asked for.
-    cycle: Duration,
+    asked_cycle: Duration,
     /// Shortest interval of an open connection.
-    beat: Duration,
+    cycle: Duration,
     /// The same moment by the clock of the caller and by that of the network.
     meeting: Option<(Instant, Instant)>,
     last_began: Option<Instant>,
+    /// Groups that are joined.
+    groups: Vec<Ipv4Addr>,
     /// The last group that could not be joined.
     refused_group: Option<(Ipv4Addr, io::ErrorKind)>,
 }
@@ -99,10 +101,7 @@ impl<N: Network> EnipSegment<N> {
     /// are not there yet are tried until the limit for the start; a refusal that time does not mend ends
     /// the start at once.
     pub fn start(network: N, settings: EnipSettings) -> Result<Self, StartFailure<N>> {
-        let mut segment = match Self::assemble(network, &settings) {
-            Ok(segment) => segment,
-            Err(failure) => return Err(failure),
-        };
+        let mut segment = Self::assemble(network, &settings)?;
         match segment.bring_up(settings.start_limit) {
             Ok(()) => Ok(segment),
             Err(error) => Err(StartFailure { error, network: segment.close() }),
@@ -144,11 +143,12 @@ impl<N: Network> EnipSegment<N> {
             network,
             scanner: Scanner::new(targets, settings.originator, settings.seed),
             events: VecDeque::new(),
+            groups: Vec::with_capacity(seats.len()),
             seats,
             room: Box::new([0; ROOM]),
             statistics: EnipStatistics::new(),
+            asked_cycle: settings.cycle,
             cycle: settings.cycle,
-            beat: settings.cycle,
             meeting: None,
             last_began: None,
             refused_group: None,
@@ -266,13 +266,17 @@ impl<N: Network> EnipSegment<N> {
                     let is_sent = self.network.send_datagram(to, bytes(len)).is_ok();
                     self.statistics.unsent += u64::from(!is_sent);
                 }
-                Transmit::JoinGroup { group } => {
-                    if let Err(error) = self.network.join_group(group) {
+                Transmit::JoinGroup { group } => match self.network.join_group(group) {
+                    Ok(()) => self.groups.push(group),
+                    Err(error) => {
                         self.refused_group = Some((group, error.kind()));
                         self.statistics.unjoined += 1;
                     }
+                },
+                Transmit::LeaveGroup { group } => {
+                    self.groups.retain(|joined| *joined != group);
+                    self.network.leave_group(group);
                 }
-                Transmit::LeaveGroup { group } => self.network.leave_group(group),
             }
         }
     }
@@ -281,7 +285,7 @@ impl<N: Network> EnipSegment<N> {
     fn cycle_once(&mut self) -> io::Result<()> {
         let began = self.network.now();
         if let Some(last) = self.last_began.replace(began) {
-            let limit = self.cycle.max(self.beat) * 3 / 2;
+            let limit = self.asked_cycle.max(self.cycle) * 3 / 2;
             self.statistics.late += u64::from(began.saturating_duration_since(last) > limit);
         }
         let most = MOST_ARRIVALS + MOST_ARRIVALS_PER_TARGET * self.seats.len();
@@ -322,10 +326,10 @@ impl<N: Network> EnipSegment<N> {
                 beat = Some(beat.map_or(shortest, |beat: Duration| beat.min(shortest)));
             }
         }
-        let beat = beat.unwrap_or(self.cycle);
-        if beat != self.beat || self.statistics.exchanges == 0 {
-            self.beat = beat;
-            self.scanner.set_early(beat.min(self.cycle) / 2);
+        let beat = beat.unwrap_or(self.asked_cycle);
+        if beat != self.cycle || self.statistics.exchanges == 0 {
+            self.cycle = beat;
+            self.scanner.set_early(beat.min(self.asked_cycle) / 2);
         }
     }
 
@@ -333,7 +337,7 @@ impl<N: Network> EnipSegment<N> {
     /// each. A target may have set another interval than was asked for.
     #[must_use]
     pub const fn cycle(&self) -> Duration {
-        self.beat
+        self.cycle
     }
 
     /// The oldest event that was not asked for yet, those of the start included.
@@ -369,43 +373,39 @@ impl<N: Network> EnipSegment<N> {
         &mut self.network
     }
 
-    /// Shows every robot zeros and idle for an interval, closes the connections and gives the network back.
+    /// Shows every robot two frames with zeros that say idle, closes the connections and gives the network back.
     /// Takes 600 ms at most.
     pub fn close(mut self) -> N {
-        let is_open = |segment: &Self, target| {
-            segment.scanner.status(target).is_some_and(|status| status.is_open)
-        };
         let targets = self.seats.len();
-        let mut longest = Duration::ZERO;
         self.scanner.set_early(Duration::ZERO);
-        for target in 0..targets {
-            let Some(seat) = self.seats.get(target) else { continue };
+        for (target, seat) in self.seats.iter_mut().enumerate() {
             self.scanner.write_outputs(target, &std::vec![0; seat.o2t_len]);
             self.scanner.set_run(target, false);
-            if let Some(status) = self.scanner.status(target).filter(|status| status.is_open) {
-                longest = longest.max(status.o2t_api);
-            }
+            let status = self.scanner.status(target);
+            seat.sent.frames = status.map_or(0, |status| status.counters.produced);
         }
-        if !longest.is_zero() {
-            self.step_until(longest.min(FAREWELL), |_| false);
-        }
+        self.step_until(FAREWELL, Self::has_shown_zeros);
         let now = self.network.now();
         for target in 0..targets {
-            // Of a connection that is not open no end is told.
-            let is_open = is_open(&self, target);
             self.scanner.close(now, target);
-            if let Some(seat) = self.seats.get_mut(target) {
-                seat.is_closed = !is_open;
-            }
         }
-        self.step_until(CLOSE_LIMIT, |seats| seats.iter().all(|seat| seat.is_closed));
+        self.step_until(CLOSE_LIMIT, |segment| segment.seats.iter().all(|seat| seat.is_closed));
         self.abandon()
     }
 
-    /// Lets the sessions go on for `time`, or until the seats are as wished.
-    fn step_until(&mut self, time: Duration, mut is_done: impl FnMut(&[Seat]) -> bool) {
+    /// Whether every open connection has sent two frames since the outputs became zero: one may get lost, or
+    /// be overtaken by what comes over TCP.
+    fn has_shown_zeros(&self) -> bool {
+        self.seats.iter().enumerate().all(|(target, seat)| {
+            let status = self.scanner.status(target);
+            status.is_none_or(|now| !now.is_open || now.counters.produced > seat.sent.frames + 1)
+        })
+    }
+
+    /// Lets the sessions go on for `time`, or until all is as wished.
+    fn step_until(&mut self, time: Duration, is_done: impl Fn(&Self) -> bool) {
         let deadline = self.network.now() + time;
-        while !is_done(&self.seats) && self.network.now() < deadline {
+        while !is_done(self) && self.network.now() < deadline {
             if self.step(deadline).is_err() {
                 return;
             }
@@ -425,11 +425,11 @@ impl<N: Network> EnipSegment<N> {
     /// Gives the network back without a word to the robots, as if this process had died: their watchdogs
     /// will notice.
     pub fn abandon(mut self) -> N {
-        for (target, seat) in self.seats.iter().enumerate() {
+        for target in 0..self.seats.len() {
             self.network.disconnect(target);
-            if let Some(group) = seat.group {
-                self.network.leave_group(group);
-            }
+        }
+        for group in &self.groups {
+            self.network.leave_group(*group);
         }
         self.network
     }
