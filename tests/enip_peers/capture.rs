@@ -12,8 +12,8 @@ use crate::namespaces::{Running, skip};
 const LONG: Duration = Duration::from_secs(120);
 /// What a frame must not be: not as its protocol says, or read with an error. Severities are numbers
 /// in a filter; this one is "error". What ICMP quotes of a datagram that nobody took is cut off.
-const FAULTY: &str =
-    "_ws.malformed || ((enip || cip || cipcm || cipio || cipm) && _ws.expert.severity == 8388608)";
+const FAULTY: &str = "!icmp && \
+    (_ws.malformed || ((enip || cip || cipcm || cipio || cipm) && _ws.expert.severity == 8388608))";
 
 /// A recording of everything from and to one address.
 pub(crate) struct Capture {
