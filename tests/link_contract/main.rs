@@ -1,5 +1,5 @@
 //! What every link owes the engine, in one suite that runs for each of them, in simulated time; and
-//! a hundred faults in one life of the EtherCAT link. Read `contract.rs` first.
+//! a hundred faults in one life of each link. Read `contract.rs` first.
 #![cfg(all(feature = "enip", feature = "ethercat", feature = "sim"))]
 
 mod cell;
@@ -8,6 +8,7 @@ mod checkers;
 mod contract;
 mod direct;
 mod enip;
+mod enip_faults;
 mod ethercat;
 mod faults;
 mod faults_of_four;

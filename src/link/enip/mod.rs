@@ -3,7 +3,7 @@
 //! Read [`network`] first: all that the scanner's end knows of the outside world. [`EnipSegment`] drives
 //! robots over it; [`sockets`] is the real one. [`explicit`] and [`list_identity`] ask devices a question and
 //! are done. The robots' end is [`served`], a device and its adapter; [`serve`] puts them on sockets,
-//! [`memory`] into the same process.
+//! [`memory`] into the same process, where [`faulty_network`] makes the network misbehave.
 //!
 //! Invariants: one thread, no hand-off: what arrives between two exchanges waits in the system's buffers.
 //! An exchange does not allocate and does not wait.
@@ -15,7 +15,6 @@ pub mod faulty_network;
 pub mod list_identity;
 pub mod memory;
 pub mod network;
-mod readiness;
 mod segment;
 pub mod serve;
 pub mod served;

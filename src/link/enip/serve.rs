@@ -17,12 +17,13 @@ use std::net::{TcpListener, TcpStream, UdpSocket};
 use std::vec;
 use std::vec::Vec;
 
+use rustix::fd::AsFd;
 use socket2::{Domain, Protocol, Socket, Type};
 
 pub use super::bind_error::{BindError, Purpose};
 use super::network::ROOM;
-use super::readiness::{Interest, Readiness};
 use super::served::{STEP, ServedRobot};
+use super::waiter::{Interest, Source, Waiter};
 use crate::bus::enip::adapter::{AdapterEvent, STREAMS, StreamId, Transmit};
 use crate::cycle::CyclicDevice;
 use crate::link::clock::MonotonicClock;
@@ -35,6 +36,9 @@ use crate::wire::enip::{IO_PORT, MESSAGE_PORT};
 pub const BACKLOG: usize = 65_536;
 /// Messages that one socket hands over in a step, and that a robot sends in a step.
 const AT_ONCE: usize = 64;
+/// Bytes that are read off a TCP connection in a step: an adapter keeps the answers to so many, however small the
+/// requests are.
+const PIECE: usize = 256;
 /// Connections that may wait to be accepted.
 const WAITING: i32 = 16;
 /// How long no connections are accepted after the system could not give one.
@@ -45,14 +49,14 @@ const REST: Duration = Duration::from_millis(100);
 const TOS: u32 = 47 << 2;
 
 /// Keys of a robot's sockets: this many for each robot, TCP connections behind the first three.
-const KEYS: u64 = 16;
-const LISTENER: u64 = 0;
-const MESSAGES: u64 = 1;
-const FRAMES: u64 = 2;
-const FIRST_STREAM: u64 = 3;
+const KEYS: usize = 16;
+const LISTENER: usize = 0;
+const MESSAGES: usize = 1;
+const FRAMES: usize = 2;
+const FIRST_STREAM: usize = 3;
 /// Keys from here on are those of broadcast sockets.
-const BROADCASTS: u64 = 1 << 32;
-const _: () = assert!(STREAMS as u64 + FIRST_STREAM <= KEYS);
+const BROADCASTS: usize = usize::MAX / 2;
+const _: () = assert!(STREAMS + FIRST_STREAM <= KEYS);
 
 /// Ports of all robots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,7 +92,7 @@ struct Peer {
     stream: StreamId,
     /// What the system has not taken yet.
     backlog: Vec<u8>,
-    /// Whether the system is to tell when it takes more, and nothing else.
+    /// Whether the system is to tell when it takes more.
     waits_to_write: bool,
 }
 
@@ -109,9 +113,9 @@ struct Seat<D> {
 pub struct Server<D> {
     seats: Vec<Seat<D>>,
     broadcasts: Vec<UdpSocket>,
-    readiness: Readiness,
+    waiter: Waiter,
     clock: MonotonicClock,
-    ready: Vec<u64>,
+    ready: Vec<usize>,
     room: Box<[u8]>,
     counts: ServerCounts,
     /// Whose events are told next.
@@ -167,10 +171,21 @@ impl<D: CyclicDevice> Seat<D> {
         })
     }
 
-    fn watch(&self, index: usize, readiness: &Readiness) -> io::Result<()> {
-        readiness.add(&self.listener, key(index, LISTENER), Interest::Read)?;
-        readiness.add(&self.messages, key(index, MESSAGES), Interest::Read)?;
-        readiness.add(&self.frames, key(index, FRAMES), Interest::Read)
+    fn watch(&self, index: usize, waiter: &mut Waiter) -> io::Result<()> {
+        self.sources(index).try_for_each(|source| waiter.add(source))
+    }
+
+    /// All its sockets and what is waited for at them.
+    fn sources(&self, index: usize) -> impl Iterator<Item = Source<'_>> {
+        let listens = if self.rests_until.is_none() { Interest::Read } else { Interest::Nothing };
+        let peers = self.peers.iter().flatten().map(move |peer| peer.source(index));
+        [
+            source(key(index, LISTENER), &self.listener, listens),
+            source(key(index, MESSAGES), &self.messages, Interest::Read),
+            source(key(index, FRAMES), &self.frames, Interest::Read),
+        ]
+        .into_iter()
+        .chain(peers)
     }
 
     fn next_due(&self) -> Instant {
@@ -179,8 +194,12 @@ impl<D: CyclicDevice> Seat<D> {
     }
 }
 
-const fn key(index: usize, socket: u64) -> u64 {
-    index as u64 * KEYS + socket
+const fn key(index: usize, socket: usize) -> usize {
+    index * KEYS + socket
+}
+
+fn source(key: usize, socket: &impl AsFd, interest: Interest) -> Source<'_> {
+    Source { key, socket: socket.as_fd(), interest }
 }
 
 /// The next datagram of `socket`.
@@ -201,7 +220,7 @@ impl<D: CyclicDevice> Server<D> {
     ///
     /// [`BindError`]: two robots at one address, or a socket that cannot be had.
     pub fn bind(robots: Vec<(Ipv4Addr, ServedRobot<D>)>, ports: Ports) -> Result<Self, BindError> {
-        let readiness = Readiness::new().map_err(|cause| BindError::Wait { cause })?;
+        let mut waiter = Waiter::new().map_err(|cause| BindError::Wait { cause })?;
         let mut seats: Vec<Seat<D>> = Vec::with_capacity(robots.len());
         let mut addresses = Vec::with_capacity(robots.len());
         for (index, (address, robot)) in robots.into_iter().enumerate() {
@@ -210,14 +229,14 @@ impl<D: CyclicDevice> Server<D> {
             }
             addresses.push(address);
             let seat = Seat::bind(address, robot, ports)?;
-            seat.watch(index, &readiness).map_err(|cause| BindError::Wait { cause })?;
+            seat.watch(index, &mut waiter).map_err(|cause| BindError::Wait { cause })?;
             seats.push(seat);
         }
-        let broadcasts = Self::hear_broadcasts(&seats, &addresses, ports, &readiness);
+        let broadcasts = Self::hear_broadcasts(&seats, &addresses, ports, &mut waiter);
         Ok(Self {
             seats,
             broadcasts,
-            readiness,
+            waiter,
             clock: MonotonicClock::new(),
             ready: Vec::new(),
             room: vec![0; ROOM].into_boxed_slice(),
@@ -231,7 +250,7 @@ impl<D: CyclicDevice> Server<D> {
         seats: &[Seat<D>],
         addresses: &[Ipv4Addr],
         ports: Ports,
-        readiness: &Readiness,
+        waiter: &mut Waiter,
     ) -> Vec<UdpSocket> {
         // A socket at 0.0.0.0 hears broadcasts by itself.
         if !cfg!(target_os = "linux") || addresses.iter().any(|a| a.is_unspecified()) {
@@ -245,8 +264,8 @@ impl<D: CyclicDevice> Server<D> {
         let mut sockets: Vec<UdpSocket> = Vec::new();
         for address in heard {
             let Ok(socket) = udp(SocketAddrV4::new(address, ports.message), true) else { continue };
-            let key = BROADCASTS + sockets.len() as u64;
-            if readiness.add(&socket, key, Interest::Read).is_ok() {
+            let key = BROADCASTS + sockets.len();
+            if waiter.add(source(key, &socket, Interest::Read)).is_ok() {
                 sockets.push(socket);
             }
         }
@@ -299,7 +318,13 @@ impl<D: CyclicDevice> Server<D> {
         let until = due.map_or(now + STEP, |due| due.min(now + STEP));
         let limit = until.saturating_duration_since(now);
         let mut ready = core::mem::take(&mut self.ready);
-        let waited = self.readiness.wait(limit, &mut ready);
+        ready.clear();
+        let seats = self.seats.iter().enumerate();
+        let broadcasts = self.broadcasts.iter().enumerate();
+        let sources = seats.flat_map(|(index, seat)| seat.sources(index)).chain(
+            broadcasts.map(|(index, socket)| source(BROADCASTS + index, socket, Interest::Read)),
+        );
+        let waited = self.waiter.wait(sources, limit, |key| ready.push(key));
         for key in &ready {
             self.attend(*key);
         }
@@ -319,17 +344,17 @@ impl<D: CyclicDevice> Server<D> {
     }
 
     /// Reads what arrived at the socket of this key.
-    fn attend(&mut self, key: u64) {
+    fn attend(&mut self, key: usize) {
         if key >= BROADCASTS {
             self.attend_broadcast(key - BROADCASTS);
             return;
         }
         let now = self.clock.now();
-        let (index, socket) = ((key / KEYS) as usize, key % KEYS);
+        let (index, socket) = (key / KEYS, key % KEYS);
         let Some(seat) = self.seats.get_mut(index) else { return };
         seat.is_touched = true;
         match socket {
-            LISTENER => seat.accept(now, index, &self.readiness),
+            LISTENER => seat.accept(now, index, &mut self.waiter),
             MESSAGES => {
                 for _ in 0..AT_ONCE {
                     let Some((from, len)) = datagram(&seat.messages, &mut self.room) else { break };
@@ -347,16 +372,16 @@ impl<D: CyclicDevice> Server<D> {
                 }
             }
             stream => {
-                let stream = (stream - FIRST_STREAM) as usize;
-                seat.attend_stream(now, index, stream, &mut self.room, &self.readiness);
+                let stream = stream - FIRST_STREAM;
+                seat.attend_stream(now, index, stream, &mut self.room, &mut self.waiter);
             }
         }
     }
 
     /// Every robot answers a broadcast, from its own address.
-    fn attend_broadcast(&mut self, socket: u64) {
+    fn attend_broadcast(&mut self, socket: usize) {
         let now = self.clock.now();
-        let Some(socket) = self.broadcasts.get(socket as usize) else { return };
+        let Some(socket) = self.broadcasts.get(socket) else { return };
         for _ in 0..AT_ONCE {
             let Some((from, len)) = datagram(socket, &mut self.room) else { break };
             self.counts.received += 1;
@@ -375,13 +400,13 @@ impl<D: CyclicDevice> Server<D> {
         if seat.robot.take_departure() {
             seat.peers = [const { None }; STREAMS];
         }
-        seat.accept_again(now, index, &self.readiness);
+        seat.accept_again(now, index, &mut self.waiter);
         for _ in 0..AT_ONCE {
             let Some(transmit) = seat.robot.poll_transmit(now, &mut self.room) else { return };
             match transmit {
                 Transmit::Stream { stream, len } => {
                     let bytes = self.room.get(..len).unwrap_or(&[]);
-                    if seat.write(now, index, stream, bytes, &self.readiness).is_err() {
+                    if seat.write(now, index, stream, bytes, &mut self.waiter).is_err() {
                         self.counts.overfull += 1;
                     }
                 }
@@ -414,7 +439,7 @@ impl ServerCounts {
 struct Overfull;
 
 impl<D: CyclicDevice> Seat<D> {
-    fn accept(&mut self, now: Instant, index: usize, readiness: &Readiness) {
+    fn accept(&mut self, now: Instant, index: usize, waiter: &mut Waiter) {
         for _ in 0..AT_ONCE {
             let (socket, peer) = match self.listener.accept() {
                 Ok((socket, SocketAddr::V4(peer))) => (socket, peer),
@@ -424,16 +449,16 @@ impl<D: CyclicDevice> Seat<D> {
                 Err(error) if error.kind() == io::ErrorKind::ConnectionAborted => continue,
                 Err(_) => {
                     // No files left, or no memory: it would be told again at once.
-                    let key = key(index, LISTENER);
-                    let _ = readiness.modify(&self.listener, key, Interest::Nothing);
                     self.rests_until = Some(now + REST);
+                    let key = key(index, LISTENER);
+                    let _ = waiter.change(source(key, &self.listener, Interest::Nothing));
                     return;
                 }
             };
             let Some(stream) = self.robot.handle_accepted(now, peer) else { continue };
-            let key = key(index, FIRST_STREAM + stream.index() as u64);
+            let key = key(index, FIRST_STREAM + stream.index());
             let is_set_up = socket.set_nonblocking(true).is_ok()
-                && readiness.add(&socket, key, Interest::Read).is_ok();
+                && waiter.add(source(key, &socket, Interest::Read)).is_ok();
             let _ = socket.set_nodelay(true);
             match self.peers.get_mut(stream.index()) {
                 Some(place) if is_set_up => {
@@ -444,10 +469,11 @@ impl<D: CyclicDevice> Seat<D> {
         }
     }
 
-    fn accept_again(&mut self, now: Instant, index: usize, readiness: &Readiness) {
+    fn accept_again(&mut self, now: Instant, index: usize, waiter: &mut Waiter) {
         if self.rests_until.is_some_and(|until| until <= now) {
             self.rests_until = None;
-            let _ = readiness.modify(&self.listener, key(index, LISTENER), Interest::Read);
+            let source = source(key(index, LISTENER), &self.listener, Interest::Read);
+            let _ = waiter.change(source);
         }
     }
 
@@ -457,17 +483,16 @@ impl<D: CyclicDevice> Seat<D> {
         index: usize,
         stream: usize,
         room: &mut [u8],
-        readiness: &Readiness,
+        waiter: &mut Waiter,
     ) {
         let Some(place) = self.peers.get_mut(stream) else { return };
         let Some(peer) = place else { return };
-        if !peer.backlog.is_empty() {
-            // The system may take more now. Nothing is read from a peer that does not read.
-            if peer.write_backlog(key(index, FIRST_STREAM + stream as u64), readiness).is_err() {
-                self.end(now, stream);
-            }
+        // The system may take more now.
+        if !peer.backlog.is_empty() && peer.write_backlog(index, waiter).is_err() {
+            self.end(now, stream);
             return;
         }
+        let room = room.get_mut(..PIECE).unwrap_or_default();
         let read = peer.socket.read(room);
         let id = peer.stream;
         match read {
@@ -503,9 +528,8 @@ impl<D: CyclicDevice> Seat<D> {
         index: usize,
         stream: StreamId,
         bytes: &[u8],
-        readiness: &Readiness,
+        waiter: &mut Waiter,
     ) -> Result<(), Overfull> {
-        let key = key(index, FIRST_STREAM + stream.index() as u64);
         let Some(Some(peer)) = self.peers.get_mut(stream.index()) else { return Ok(()) };
         if peer.backlog.len() + bytes.len() > BACKLOG {
             self.end(now, stream.index());
@@ -513,7 +537,7 @@ impl<D: CyclicDevice> Seat<D> {
         }
         let was_empty = peer.backlog.is_empty();
         peer.backlog.extend_from_slice(bytes);
-        if was_empty && peer.write_backlog(key, readiness).is_err() {
+        if was_empty && peer.write_backlog(index, waiter).is_err() {
             self.end(now, stream.index());
         }
         Ok(())
@@ -525,15 +549,25 @@ impl Peer {
         Self { socket, stream, backlog: Vec::new(), waits_to_write: false }
     }
 
-    fn set_waits_to_write(&mut self, waits: bool, key: u64, list: &Readiness) -> io::Result<()> {
+    fn source(&self, index: usize) -> Source<'_> {
+        let interest = if self.waits_to_write { Interest::ReadAndWrite } else { Interest::Read };
+        source(key(index, FIRST_STREAM + self.stream.index()), &self.socket, interest)
+    }
+
+    fn set_waits_to_write(
+        &mut self,
+        waits: bool,
+        index: usize,
+        waiter: &mut Waiter,
+    ) -> io::Result<()> {
         if waits == core::mem::replace(&mut self.waits_to_write, waits) {
             return Ok(());
         }
-        list.modify(&self.socket, key, if waits { Interest::Write } else { Interest::Read })
+        waiter.change(self.source(index))
     }
 
     /// Writes what the system takes; what is left waits until it takes more.
-    fn write_backlog(&mut self, key: u64, readiness: &Readiness) -> io::Result<()> {
+    fn write_backlog(&mut self, index: usize, waiter: &mut Waiter) -> io::Result<()> {
         while !self.backlog.is_empty() {
             match self.socket.write(&self.backlog) {
                 Ok(0) => return Err(io::ErrorKind::WriteZero.into()),
@@ -542,11 +576,11 @@ impl Peer {
                 }
                 Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
                 Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
-                    return self.set_waits_to_write(true, key, readiness);
+                    return self.set_waits_to_write(true, index, waiter);
                 }
                 Err(error) => return Err(error),
             }
         }
-        self.set_waits_to_write(false, key, readiness)
+        self.set_waits_to_write(false, index, waiter)
     }
 }

@@ -4,7 +4,6 @@
 //! that is closed needs no removal.
 
 use std::io;
-use std::vec::Vec;
 
 use rustix::event::Timespec;
 use rustix::fd::BorrowedFd;
@@ -18,6 +17,8 @@ pub(super) enum Interest {
     Read,
     /// That too, and room to write: a connection that comes up, or bytes that wait to be sent.
     ReadAndWrite,
+    /// Nothing for now, but for errors.
+    Nothing,
 }
 
 /// A socket to wait for, with the number that tells it apart.
@@ -41,12 +42,13 @@ pub(super) use listed::Waiter;
 
 #[cfg(target_os = "linux")]
 mod in_kernel {
-    use rustix::buffer::spare_capacity;
+    use core::mem::MaybeUninit;
+
     use rustix::event::epoll;
     use rustix::fd::OwnedFd;
     use rustix::io::Errno;
 
-    use super::{Duration, Interest, Source, Timespec, Vec, io, timespec};
+    use super::{Duration, Interest, Source, Timespec, io, timespec};
 
     /// Sockets that one wait tells of at most.
     const MOST: usize = 64;
@@ -54,7 +56,6 @@ mod in_kernel {
     /// Waits for sockets that were put on a list in the kernel.
     pub(in crate::link::enip) struct Waiter {
         epoll: OwnedFd,
-        events: Vec<epoll::Event>,
         /// Whether the kernel only knows whole milliseconds (before 5.11).
         is_coarse: bool,
     }
@@ -68,7 +69,7 @@ mod in_kernel {
     impl Waiter {
         pub(in crate::link::enip) fn new() -> io::Result<Self> {
             let epoll = epoll::create(epoll::CreateFlags::CLOEXEC)?;
-            Ok(Self { epoll, events: Vec::with_capacity(MOST), is_coarse: false })
+            Ok(Self { epoll, is_coarse: false })
         }
 
         /// Puts a socket on the list.
@@ -95,17 +96,18 @@ mod in_kernel {
             if self.is_coarse {
                 timeout = round_up(timeout);
             }
-            self.events.clear();
-            match epoll::wait(&self.epoll, spare_capacity(&mut self.events), Some(&timeout)) {
-                Ok(_) => {}
+            // On the stack: an event may hold a pointer, and would keep the waiter from moving between threads.
+            let mut room = [MaybeUninit::uninit(); MOST];
+            let events = match epoll::wait(&self.epoll, &mut room, Some(&timeout)) {
+                Ok((events, _)) => events,
                 Err(Errno::INTR) => return Ok(()),
                 Err(Errno::NOSYS) if !self.is_coarse => {
                     self.is_coarse = true;
                     return Ok(());
                 }
                 Err(error) => return Err(error.into()),
-            }
-            for event in &self.events {
+            };
+            for event in events {
                 let data = event.data;
                 ready(usize::try_from(data.u64()).unwrap_or(usize::MAX));
             }
@@ -117,6 +119,7 @@ mod in_kernel {
         match interest {
             Interest::Read => epoll::EventFlags::IN,
             Interest::ReadAndWrite => epoll::EventFlags::IN | epoll::EventFlags::OUT,
+            Interest::Nothing => epoll::EventFlags::empty(),
         }
     }
 
@@ -132,7 +135,9 @@ mod listed {
     use rustix::event::{PollFd, PollFlags, poll};
     use rustix::io::Errno;
 
-    use super::{Duration, Interest, Source, Vec, io, timespec};
+    use std::vec::Vec;
+
+    use super::{Duration, Interest, Source, io, timespec};
 
     /// Waits for the sockets that are named in each call.
     #[derive(Debug)]
@@ -168,6 +173,7 @@ mod listed {
                 let flags = match source.interest {
                     Interest::Read => PollFlags::IN,
                     Interest::ReadAndWrite => PollFlags::IN | PollFlags::OUT,
+                    Interest::Nothing => PollFlags::empty(),
                 };
                 PollFd::from_borrowed_fd(source.socket, flags)
             };
@@ -190,6 +196,7 @@ mod listed {
 mod tests {
     use std::net::UdpSocket;
     use std::vec;
+    use std::vec::Vec;
 
     use rustix::fd::AsFd;
 
