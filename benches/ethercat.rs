@@ -21,6 +21,8 @@ mod ethercat {
 mod ethercat_line;
 #[path = "../tests/support/namespaces.rs"]
 mod namespaces;
+#[path = "../tests/support/stock_line.rs"]
+mod stock_line;
 
 use std::process::ExitCode;
 use std::time::Duration;

@@ -140,7 +140,7 @@ fn mistakes_are_told_with_their_remedy() {
     assert!(said.contains("0 to 1000"), "{said}");
     let (code, said) = run(&cable, &["sim", "--ethercat", INTERFACE, "--alias", "1,2"]);
     assert_eq!(code, Some(2), "{said}");
-    assert!(said.contains("2 aliases for 1 robots"), "{said}");
+    assert!(said.contains("2 aliases for 1 robot:"), "{said}");
 }
 
 #[test]

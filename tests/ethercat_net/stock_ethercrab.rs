@@ -5,20 +5,15 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use ethercrab::error::Error;
-use ethercrab::std::{ethercat_now, tx_rx_task};
-use ethercrab::subdevice_group::{DcConfiguration, HasDc, NoDc, Op, TxRxResponse};
-use ethercrab::{
-    DcSync, DefaultLock, MainDevice, MainDeviceConfig, PduStorage, SubDeviceGroup, Timeouts,
-};
+use ethercrab::std::tx_rx_task;
+use ethercrab::{MainDevice, MainDeviceConfig, PduStorage};
 use futures_lite::future;
 
 use crate::capture::Capture;
 use crate::namespaces::{Cable, End, INTERFACE};
 use crate::served::{Robots, end, serve};
+use crate::stock_line::{StockLine, TIMEOUTS, find};
 
-const MOST_ROBOTS: usize = 8;
-/// Four robots of 312 bytes.
-const PROCESS_DATA: usize = 4 * 312;
 const CYCLE: Duration = Duration::from_millis(2);
 /// Cycles after which something should have happened: far more than it takes.
 const PATIENCE: usize = 20_000;
@@ -31,23 +26,12 @@ const MEASURED: usize = 1_000;
 const WIDE: usize = PduStorage::element_size(1_400);
 const NARROW: usize = PduStorage::element_size(1_100);
 
-type Group<DC> = SubDeviceGroup<MOST_ROBOTS, PROCESS_DATA, DefaultLock, Op, DC>;
-
-/// A group in OP, with or without the clock's part in each cycle.
-enum Robot {
-    Plain(Group<NoDc>),
-    Clocked(Group<HasDc>),
-}
-
-/// What one robot gets, and the order its images have.
+/// Robots in OP, and the order their images have.
 struct Cell {
     robots: Robots,
     /// Sum of the working counters of a cycle's frames.
     counter: u16,
-    main_device: MainDevice<'static>,
-    group: Robot,
-    outputs: Vec<[u8; 60]>,
-    inputs: Vec<[u8; 252]>,
+    line: StockLine,
 }
 
 impl Cell {
@@ -65,11 +49,11 @@ impl Cell {
 
     fn write<const N: usize>(&mut self, robot: usize, offset: usize, big_endian: [u8; N]) {
         let bytes = self.bytes(big_endian);
-        self.outputs[robot][offset..offset + N].copy_from_slice(&bytes);
+        self.line.outputs[robot][offset..offset + N].copy_from_slice(&bytes);
     }
 
     fn read<const N: usize>(&self, robot: usize, offset: usize) -> [u8; N] {
-        self.bytes(self.inputs[robot][offset..offset + N].try_into().expect("N bytes"))
+        self.bytes(self.line.inputs[robot][offset..offset + N].try_into().expect("N bytes"))
     }
 
     fn u16(&self, robot: usize, offset: usize) -> u16 {
@@ -84,47 +68,22 @@ impl Cell {
         core::array::from_fn(|at| f32::from_be_bytes(self.read(robot, offset + 4 * at)))
     }
 
-    /// One cycle; the working counter, and whether all are in OP.
-    async fn exchange(&mut self) -> Result<(u16, bool), Error> {
-        let main_device = &self.main_device;
-        macro_rules! exchange {
-            ($group:expr, $tx_rx:ident) => {{
-                for (robot, outputs) in self.outputs.iter().enumerate() {
-                    $group
-                        .subdevice(main_device, robot)?
-                        .outputs_raw_mut()
-                        .copy_from_slice(outputs);
-                }
-                let response @ TxRxResponse { working_counter, .. } =
-                    $group.$tx_rx(main_device).await?;
-                for (robot, inputs) in self.inputs.iter_mut().enumerate() {
-                    inputs.copy_from_slice(&$group.subdevice(main_device, robot)?.inputs_raw());
-                }
-                (working_counter, response.all_op())
-            }};
-        }
-        Ok(match &self.group {
-            Robot::Plain(group) => exchange!(group, tx_rx),
-            Robot::Clocked(group) => exchange!(group, tx_rx_dc),
-        })
-    }
-
     /// Cycles until `is_there` for every robot.
     async fn until(&mut self, what: &str, is_there: impl Fn(&Self, usize) -> bool) {
         for _ in 0..PATIENCE {
-            let (counter, _) = self.exchange().await.expect(what);
+            let (counter, _) = self.line.exchange().await.expect(what);
             assert_eq!(counter, self.counter, "working counter: {what}");
             if (0..self.robots.count).all(|robot| is_there(self, robot)) {
                 return;
             }
             thread::sleep(CYCLE);
         }
-        panic!("{what}: not after {PATIENCE} cycles; {:02X?}", self.inputs);
+        panic!("{what}: not after {PATIENCE} cycles; {:02X?}", self.line.inputs);
     }
 
     fn command(&mut self, robot: usize, move_id: u16, command: u32, arguments: [f32; 6]) {
         self.write(robot, 4, move_id.to_be_bytes());
-        self.outputs[robot][6] = 1;
+        self.line.outputs[robot][6] = 1;
         self.write(robot, 8, command.to_be_bytes());
         for (at, argument) in arguments.into_iter().enumerate() {
             self.write(robot, 12 + 4 * at, argument.to_be_bytes());
@@ -138,48 +97,18 @@ async fn start(
     robots: Robots,
     counter: u16,
 ) -> Result<Cell, Error> {
-    let mut group =
-        main_device.init_single_group::<MOST_ROBOTS, PROCESS_DATA>(ethercat_now).await?;
+    let group = find(&main_device).await?;
     assert_eq!(group.len(), robots.count);
-    for mut robot in group.iter_mut(&main_device) {
+    for robot in group.iter(&main_device) {
         let identity = robot.identity();
         let found = (identity.vendor_id, identity.product_id, identity.revision);
         assert_eq!(found, (0x00EC_ADE1, 0x0004_D500, 1));
         assert_eq!(robot.sdo_read::<u32>(0x1018, 1).await?, 0x00EC_ADE1);
         assert_eq!(robot.sdo_read::<u32>(0x1018, 2).await?, 0x0004_D500);
-        // 400 ticks of 2.5 ms rather than 100 ms: this machine may have other things to do.
-        robot.register_write(0x0420_u16, 10_000_u16).await?;
         assert_eq!(robot.dc_support().any(), robots.has_clock);
-        if robots.has_clock {
-            robot.set_dc_sync(DcSync::Sync0);
-        }
     }
-    let group = if robots.has_clock {
-        let group = group.into_pre_op_pdi(&main_device).await?;
-        for _ in 0..100 {
-            group.tx_rx_sync_system_time(&main_device).await?;
-        }
-        let configuration = DcConfiguration {
-            start_delay: Duration::from_millis(100),
-            sync0_period: Duration::from_millis(10),
-            sync0_shift: Duration::from_millis(5),
-        };
-        let group = group.configure_dc_sync(&main_device, configuration).await?;
-        let group = group.into_safe_op(&main_device).await?;
-        Robot::Clocked(group.request_into_op(&main_device).await?)
-    } else {
-        let group = group.into_safe_op(&main_device).await?;
-        Robot::Plain(group.request_into_op(&main_device).await?)
-    };
-    let (outputs, inputs) = (vec![[0; 60]; robots.count], vec![[0; 252]; robots.count]);
-    let mut cell = Cell { robots, counter, main_device, group, outputs, inputs };
-    for _ in 0..PATIENCE {
-        if cell.exchange().await?.1 {
-            return Ok(cell);
-        }
-        thread::sleep(CYCLE);
-    }
-    panic!("not in OP after {PATIENCE} cycles");
+    let line = StockLine::start(main_device, group, robots.has_clock, CYCLE).await?;
+    Ok(Cell { robots, counter, line })
 }
 
 /// Outputs that differ from robot to robot, and what each makes of its own.
@@ -187,7 +116,7 @@ async fn exchange_by_value(cell: &mut Cell) {
     let robots = 0..cell.robots.count;
     cell.until("FifoSpace 13000", |cell, robot| cell.u16(robot, 10) == 13_000).await;
     for robot in robots.clone() {
-        assert_eq!(cell.inputs[robot][0] & 0x06, 0, "neither activated nor homed");
+        assert_eq!(cell.line.inputs[robot][0] & 0x06, 0, "neither activated nor homed");
         assert_eq!(cell.u16(robot, 8), 0, "no MoveID");
         cell.write(robot, 36, (1_800_000_000 + robot as u32).to_be_bytes());
         cell.write(robot, 44 + 4 * robot, 1_u32.to_be_bytes());
@@ -196,16 +125,16 @@ async fn exchange_by_value(cell: &mut Cell) {
     cell.until("the firmware version's type", is_typed).await;
     for robot in robots.clone() {
         assert_eq!(cell.reals(robot, 144 + 28 * robot), [11.0, 3.0, 84.0]);
-        cell.outputs[robot][0] = 1 << 1;
+        cell.line.outputs[robot][0] = 1 << 1;
     }
-    cell.until("Activated", |cell, robot| cell.inputs[robot][0] & 1 << 1 != 0).await;
-    cell.outputs.iter_mut().for_each(|outputs| outputs[0] = 1 << 2);
-    cell.until("Homed", |cell, robot| cell.inputs[robot][0] & 1 << 2 != 0).await;
-    for outputs in &mut cell.outputs {
+    cell.until("Activated", |cell, robot| cell.line.inputs[robot][0] & 1 << 1 != 0).await;
+    cell.line.outputs.iter_mut().for_each(|outputs| outputs[0] = 1 << 2);
+    cell.until("Homed", |cell, robot| cell.line.inputs[robot][0] & 1 << 2 != 0).await;
+    for outputs in &mut cell.line.outputs {
         outputs[0] = 0;
         outputs[6] = 1 << 3;
     }
-    cell.until("not paused", |cell, robot| cell.inputs[robot][12] & 1 == 0).await;
+    cell.until("not paused", |cell, robot| cell.line.inputs[robot][12] & 1 == 0).await;
     let target = |robot: usize| [10.0 + robot as f32, -5.0, 5.5, 0.25, 20.0, -7.0];
     for robot in robots.clone() {
         cell.command(robot, 1_000 + robot as u16, 1, target(robot));
@@ -217,7 +146,7 @@ async fn exchange_by_value(cell: &mut Cell) {
     }
     cell.until("MoveID", |cell, robot| cell.u16(robot, 8) == 2_000 + robot as u16).await;
     cell.until("checkpoint", |cell, robot| cell.u16(robot, 4) == 100 + robot as u16).await;
-    cell.until("end of motion", |cell, robot| cell.inputs[robot][12] & 1 << 2 != 0).await;
+    cell.until("end of motion", |cell, robot| cell.line.inputs[robot][12] & 1 << 2 != 0).await;
     for robot in robots {
         for (found, expected) in cell.reals::<6>(robot, 16).into_iter().zip(target(robot)) {
             assert!(
@@ -235,17 +164,9 @@ fn converse<const FRAME: usize>(robots: Robots, counter: u16) -> String {
     // As long as the process: the task below keeps it after the conversation.
     let storage: &'static PduStorage<32, FRAME> = Box::leak(Box::new(PduStorage::new()));
     let (tx, rx, pdu_loop) = storage.try_split().expect("split once");
-    let timeouts = Timeouts {
-        state_transition: Duration::from_secs(20),
-        pdu: Duration::from_secs(2),
-        eeprom: Duration::from_secs(2),
-        wait_loop_delay: Duration::from_millis(1),
-        mailbox_echo: Duration::from_secs(2),
-        mailbox_response: Duration::from_secs(5),
-    };
     let settings =
         MainDeviceConfig { dc_static_sync_iterations: 500, ..MainDeviceConfig::default() };
-    let main_device = MainDevice::new(pdu_loop, timeouts, settings);
+    let main_device = MainDevice::new(pdu_loop, TIMEOUTS, settings);
     let task = tx_rx_task(INTERFACE, tx, rx).expect("root opens the interface");
     // It never ends by itself; the process ends it.
     thread::spawn(move || future::block_on(task).map(drop));
@@ -257,7 +178,7 @@ fn converse<const FRAME: usize>(robots: Robots, counter: u16) -> String {
         let mut times = Vec::with_capacity(MEASURED);
         for _ in 0..MEASURED {
             let begin = Instant::now();
-            let exchanged = cell.exchange().await.expect("a cycle");
+            let exchanged = cell.line.exchange().await.expect("a cycle");
             times.push(begin.elapsed().as_micros());
             assert_eq!(exchanged, (counter, true));
         }

@@ -4,6 +4,7 @@
 
 use fieldarm::bus::ethercat::meca500::{Meca500Application, Meca500Settings};
 use fieldarm::bus::ethercat::{Settings, SubDevice};
+use fieldarm::cycle::CyclicDevice;
 use fieldarm::link::ethercat::memory::MemoryWire;
 use fieldarm::sim::meca500::{CyclicBus, RobotSettings, VirtualRobot};
 use fieldarm::wire::ethercat::sii::SiiImage;
@@ -32,6 +33,16 @@ pub(crate) fn robot_in(
         bus: CyclicBus::EtherCat,
         ..RobotSettings::default()
     });
+    on_bus(device, alias, bus, esc)
+}
+
+/// A robot's inside behind an EtherCAT interface.
+pub(crate) fn on_bus<D: CyclicDevice>(
+    device: D,
+    alias: u16,
+    bus: Meca500Settings,
+    esc: Settings,
+) -> SubDevice<Meca500Application<D>> {
     let mut sii = SiiImage::new(&DESCRIPTION).unwrap();
     sii.set_alias(alias);
     SubDevice::new(Meca500Application::new(device, bus), &DESCRIPTION, sii, esc)

@@ -1,5 +1,6 @@
 //! An Ethernet segment for one test: two network namespaces joined by a cable (a veth pair), made
-//! at its beginning and removed at its end, and processes that live inside.
+//! at its beginning and removed at its end, and processes that live inside. The cable may be cut in
+//! two with a namespace between, for a test that passes the frames on itself.
 //!
 //! Read [`Cable::plug`] first. Needs root and the command `ip`; without them a test says so and
 //! passes, but never in CI.
@@ -19,6 +20,10 @@ use rustix::thread::{LinkNameSpaceType, move_into_link_name_space};
 
 /// The interface at either end of the cable.
 pub const INTERFACE: &str = "ecat0";
+/// The interface between the two halves of a cable, towards the main device.
+pub const TO_MAIN: &str = "to-main";
+/// The interface between the two halves of a cable, towards the robots.
+pub const TO_ROBOTS: &str = "to-robots";
 
 /// Tests that keep to real time take turns: two cores are few.
 static TURN: Mutex<()> = Mutex::new(());
@@ -31,18 +36,38 @@ pub enum End {
     Main,
     /// Where the robots sit.
     Robots,
+    /// Between the two halves of a cable that was cut in two.
+    Between,
 }
 
 /// Two namespaces and the cable between them.
 pub struct Cable {
     main: String,
     robots: String,
+    /// Where a cable in two halves has a third one.
+    between: String,
     _turn: MutexGuard<'static, ()>,
 }
 
 impl Cable {
     /// A new cable, both ends up; `None` where it cannot be had, which the test has been told then.
     pub fn plug() -> Option<Self> {
+        let cable = Self::prepare()?;
+        cable.plug_another(INTERFACE);
+        Some(cable)
+    }
+
+    /// A new cable in two halves, all their ends up, as [`Cable::plug`]: nothing passes from
+    /// [`TO_MAIN`] to [`TO_ROBOTS`] but what the test passes on.
+    pub fn plug_in_two() -> Option<Self> {
+        let cable = Self::prepare()?;
+        cable.join((End::Main, INTERFACE), (End::Between, TO_MAIN));
+        cable.join((End::Between, TO_ROBOTS), (End::Robots, INTERFACE));
+        Some(cable)
+    }
+
+    /// Namespaces without a cable.
+    fn prepare() -> Option<Self> {
         if !rustix::process::geteuid().is_root() {
             return skip("needs root (network namespaces)");
         }
@@ -52,8 +77,9 @@ impl Cable {
         let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
         let number = CABLES.fetch_add(1, Ordering::Relaxed);
         let name = |end: &str| format!("fieldarm-{}-{number}-{end}", std::process::id());
-        let cable = Self { main: name("main"), robots: name("robots"), _turn: turn };
-        for namespace in [&cable.main, &cable.robots] {
+        let (main, robots, between) = (name("main"), name("robots"), name("between"));
+        let cable = Self { main, robots, between, _turn: turn };
+        for namespace in cable.namespaces() {
             let added = Command::new("ip").args(["netns", "add", namespace]).output();
             let added = added.expect("ip starts");
             if !added.status.success() {
@@ -61,35 +87,34 @@ impl Cable {
                 return skip(&format!("no network namespace can be made here: {said}"));
             }
         }
-        cable.plug_another(INTERFACE);
         Some(cable)
     }
 
     /// A second cable beside the first, with another name for its interfaces.
     pub fn plug_another(&self, interface: &str) {
-        ip(&[
-            "link",
-            "add",
-            interface,
-            "netns",
-            &self.main,
-            "type",
-            "veth",
-            "peer",
-            "name",
-            interface,
-            "netns",
-            &self.robots,
-        ]);
-        for end in [End::Main, End::Robots] {
-            ip(&["-n", self.namespace(end), "link", "set", interface, "up"]);
+        self.join((End::Main, interface), (End::Robots, interface));
+    }
+
+    /// A pair of interfaces, both up.
+    fn join(&self, one: (End, &str), other: (End, &str)) {
+        let [(name, namespace), (peer, peer_namespace)] =
+            [one, other].map(|(end, interface)| (interface, self.namespace(end)));
+        let pair = ["link", "add", name, "netns", namespace, "type", "veth"];
+        ip(&[&pair[..], &["peer", "name", peer, "netns", peer_namespace]].concat());
+        for (end, interface) in [one, other] {
+            self.set_interface_up(end, interface, true);
         }
     }
 
     /// Takes the interface at `end` down, or up again.
     pub fn set_up(&self, end: End, up: bool) {
+        self.set_interface_up(end, INTERFACE, up);
+    }
+
+    /// Takes one of the interfaces at `end` down, or up again.
+    pub fn set_interface_up(&self, end: End, interface: &str, up: bool) {
         let state = if up { "up" } else { "down" };
-        ip(&["-n", self.namespace(end), "link", "set", INTERFACE, state]);
+        ip(&["-n", self.namespace(end), "link", "set", interface, state]);
     }
 
     /// Removes the cable for good.
@@ -101,7 +126,12 @@ impl Cable {
         match end {
             End::Main => &self.main,
             End::Robots => &self.robots,
+            End::Between => &self.between,
         }
+    }
+
+    fn namespaces(&self) -> [&String; 3] {
+        [&self.main, &self.robots, &self.between]
     }
 
     /// A command that will run at `end`.
@@ -151,7 +181,7 @@ impl Cable {
 
 impl Drop for Cable {
     fn drop(&mut self) {
-        for namespace in [&self.main, &self.robots] {
+        for namespace in self.namespaces() {
             // One that was not made cannot be removed.
             let _ = Command::new("ip").args(["netns", "delete", namespace]).output();
         }
