@@ -1,6 +1,6 @@
 //! Nothing in the adapter takes memory; here the path of every cycle, and opening and closing.
 
-use fieldarm::bus::enip::adapter::MAX_TRANSMIT_LEN;
+use fieldarm::bus::enip::adapter::{Adapter, MAX_TRANSMIT_LEN};
 
 use crate::support::{Robot, close_request, io_frame, ms, owner, packet, peer, rr_data};
 
@@ -41,4 +41,10 @@ fn neither_cycles_nor_requests_take_memory() {
     assert_eq!(produced, 1_000);
     assert!(adapter.owner().is_some_and(|owner| owner.triad.connection_serial == 8));
     assert_eq!(taken.count_total, 0);
+}
+
+#[test]
+fn an_adapter_is_as_large_as_it_says() {
+    let size = size_of::<Adapter>();
+    assert!((25_000..35_000).contains(&size), "{size} bytes");
 }

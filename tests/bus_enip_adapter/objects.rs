@@ -1,8 +1,8 @@
 //! Explicit messages: each object, each status.
 
-use fieldarm::bus::enip::adapter::AdapterEvent;
+use fieldarm::bus::enip::adapter::{AdapterEvent, AdapterSettings, MAX_IMAGE_LEN};
 
-use crate::support::{Robot, hex, open_request, peer, shown};
+use crate::support::{Field, Robot, hex, open_request, peer, shown};
 
 /// Request and response, in a fresh session.
 fn check(rows: &[(&str, &str)]) {
@@ -240,4 +240,21 @@ fn an_unconnected_send_goes_to_ourselves_or_nowhere() {
         ("52 02 20 06 24 01 0A 0E 02 00 8E 00 00 00", "D2 00 13 00"),
         ("52 02 20 06 24 01 0A 0E 0C 00 52 02 20 06 24 01 00 00 00 00 00 00 00 00", "D2 00 08 00"),
     ]);
+}
+
+#[test]
+fn images_have_other_lengths_up_to_the_longest() {
+    let settings =
+        AdapterSettings { output_len: 7, input_len: u16::MAX, ..AdapterSettings::meca500() };
+    let mut robot = Robot::with(settings);
+    let session = robot.session(peer(1));
+    robot.adapter.set_inputs(&[3; MAX_IMAGE_LEN], &[4; MAX_IMAGE_LEN]);
+    let image = robot.cip(session, &hex("0E 03 20 04 24 64 30 03"));
+    assert_eq!(image, [hex("8E 00 00 00"), vec![4; MAX_IMAGE_LEN]].concat());
+    // 2 + 4 + 7 and 2 + 500 bytes.
+    let sizes = [(Field::O2tParameters, "0D 48"), (Field::T2oParameters, "F6 49")];
+    let opened = robot.open(session, &open_request(&sizes));
+    assert_eq!(robot.frames[0].image(), [3; MAX_IMAGE_LEN]);
+    robot.frame(peer(1), opened.o2t_id, (1, 1), &hex("01 00 00 00 01 02 03 04 05 06 07"));
+    assert_eq!(robot.adapter.outputs(), Some(&[1, 2, 3, 4, 5, 6, 7][..]));
 }

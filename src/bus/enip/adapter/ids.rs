@@ -39,3 +39,31 @@ const fn life_from(seed: u64) -> u16 {
     let life = (mixed ^ mixed >> 31) as u16;
     if life == 0 { 1 } else { life }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_life_has_numbers_of_its_own() {
+        let mut ids = Ids::new(5);
+        for seed in [5, 5, 6, 5] {
+            let before = ids.next();
+            ids.restart(seed);
+            let after = ids.next();
+            assert_ne!(before >> 16, after >> 16, "seed {seed}");
+            assert_eq!(after as u16, before as u16 + 1, "counting goes on");
+        }
+    }
+
+    #[test]
+    fn no_number_is_0() {
+        assert!((0..100_000).all(|seed| life_from(seed) != 0));
+        let mut ids = Ids { life: u16::MAX, count: u16::MAX };
+        assert_eq!(ids.next(), 0xFFFF_0000);
+        // Back to a seed whose life is the one before.
+        let seed = (0..1_000_000).find(|seed| life_from(*seed) == u16::MAX).unwrap();
+        ids.restart(seed);
+        assert_eq!(ids.life, 1);
+    }
+}

@@ -173,7 +173,7 @@ pub enum AdapterEvent {
 /// [`Adapter::poll_transmit`] until it returns `None`, then [`Adapter::poll_event`] likewise. Outputs and
 /// inputs may be read and set at any time between.
 ///
-/// It is some 35 kB large and takes no other memory.
+/// It is some 30 kB large and takes no other memory.
 #[derive(Debug)]
 pub struct Adapter {
     streams: [Option<Stream>; STREAMS],
