@@ -26,24 +26,24 @@ fn one_path() -> ConnectionSettings {
 fn each_refusal_has_words_and_is_tried_again_or_not() {
     for (words, is_transient, part) in [
         (vec![0x0100], true, "another serial number"),
-        (vec![0x0106], true, "somebody else controls the robot"),
-        (vec![0x0113], true, "no connection left"),
-        (vec![0x0119], true, "no owner"),
-        (vec![0x0203], true, "timed out"),
-        (vec![0x0204], true, "timed out"),
-        (vec![0x0103], false, "kind of connection"),
-        (vec![0x0108], false, "kind of connection"),
+        (vec![0x0106], true, "close the connection of the other scanner"),
+        (vec![0x0113], true, "close one"),
+        (vec![0x0119], true, "input-only"),
+        (vec![0x0203], true, "check the network"),
+        (vec![0x0204], true, "check the network"),
+        (vec![0x0103], false, "instead of multicast"),
+        (vec![0x0108], false, "instead of multicast"),
         (vec![0x0111], false, "longer"),
-        (vec![0x0114], false, "electronic key"),
-        (vec![0x0115], false, "electronic key"),
-        (vec![0x0116], false, "electronic key"),
-        (vec![0x0117], false, "assemblies of the path"),
-        (vec![0x012F], false, "assemblies of the path"),
-        (vec![0x0315], false, "assemblies of the path"),
+        (vec![0x0114], false, "wildcard key"),
+        (vec![0x0115], false, "wildcard key"),
+        (vec![0x0116], false, "wildcard key"),
+        (vec![0x0117], false, "without a configuration assembly"),
+        (vec![0x012F], false, "without a configuration assembly"),
+        (vec![0x0315], false, "without a configuration assembly"),
         (vec![0x0109], false, "66 bytes O->T and 254 bytes T->O"),
         (vec![0x0127, 68], false, "the target has 68 bytes"),
         (vec![0x0128, 256], false, "the target has 256 bytes"),
-        (vec![0x0FFF], true, "refuses"),
+        (vec![0x0FFF], true, "manual"),
     ] {
         let (mut bench, trouble, retry_in) = refused(one_path(), &words);
         assert_eq!(trouble.is_transient(), is_transient, "{words:04X?}");
@@ -69,7 +69,9 @@ fn a_refusal_for_good_can_be_tried_again_all_the_same() {
 
 #[test]
 fn other_general_statuses_are_told_as_they_are() {
-    for (general, is_transient) in [(0x02, true), (0x08, false), (0x10, true), (0x15, false)] {
+    for (general, is_transient) in
+        [(0x02, true), (0x08, false), (0x10, true), (0x15, false), (0x25, false)]
+    {
         let mut bench = Bench::new(&[one_path()]);
         let open = bench.up_to_open(0);
         bench.answer(0, &open, &[0xD4, 0, general, 0]);

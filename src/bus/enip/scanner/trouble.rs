@@ -120,6 +120,8 @@ impl Trouble {
                     | GeneralStatus::NOT_ENOUGH_DATA
                     | GeneralStatus::TOO_MUCH_DATA
                     | GeneralStatus::OBJECT_DOES_NOT_EXIST
+                    | GeneralStatus::KEY_FAILURE_IN_PATH
+                    | GeneralStatus::PATH_SIZE_INVALID
             ),
         }
     }
