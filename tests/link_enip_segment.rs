@@ -39,10 +39,11 @@ fn network() -> SocketNetwork {
     SocketNetwork::open(settings, &[]).unwrap()
 }
 
-type Started = Result<EnipSegment<SocketNetwork>, StartFailure<SocketNetwork>>;
+type Started = Result<EnipSegment<SocketNetwork>, Box<StartFailure<SocketNetwork>>>;
 
 fn start(targets: &[SocketAddrV4], limit_ms: u64) -> Started {
-    EnipSegment::start(network(), settings(targets, Duration::from_millis(limit_ms)))
+    let settings = settings(targets, Duration::from_millis(limit_ms));
+    EnipSegment::start(network(), settings).map_err(Box::new)
 }
 
 fn started(target: &Target) -> EnipSegment<SocketNetwork> {
@@ -113,8 +114,8 @@ fn images_pass_both_ways_and_the_end_is_told() {
     let counters = segment.status(0).unwrap().counters;
     let statistics = segment.statistics();
     assert!(statistics.exchanges > 0 && statistics.unsent == 0 && statistics.unjoined == 0);
-    assert!(statistics.o2t_gap_ns.len() > 0 && statistics.o2t_gap_ns.len() < counters.produced);
-    assert!(statistics.t2o_gap_ns.len() > 0 && statistics.t2o_gap_ns.len() < counters.consumed);
+    assert!(!statistics.o2t_gap_ns.is_empty() && statistics.o2t_gap_ns.len() < counters.produced);
+    assert!(!statistics.t2o_gap_ns.is_empty() && statistics.t2o_gap_ns.len() < counters.consumed);
     assert_eq!(statistics.exchange_ns.len(), statistics.exchanges);
 
     let before = target.seen();
@@ -285,7 +286,7 @@ fn settings_that_cannot_be_are_refused_in_words() {
     let refused = |change: fn(&mut EnipSettings)| {
         let mut settings = good.clone();
         change(&mut settings);
-        error(EnipSegment::start(network(), settings))
+        error(EnipSegment::start(network(), settings).map_err(Box::new))
     };
     assert_eq!(refused(|settings| settings.targets.clear()), EnipError::NoTarget);
     let many = refused(|settings| {

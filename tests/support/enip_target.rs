@@ -20,32 +20,32 @@ use fieldarm::wire::enip::status::GeneralStatus;
 
 /// What a target does otherwise than it should.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Script {
+pub(crate) struct Script {
     /// Extended status with which every Forward Open is refused.
-    pub refuses: Option<u16>,
+    pub(crate) refuses: Option<u16>,
     /// Intervals that hold, whatever is requested, in us.
-    pub apis_us: Option<(u32, u32)>,
+    pub(crate) apis_us: Option<(u32, u32)>,
     /// Sends no frames.
-    pub is_mute: bool,
+    pub(crate) is_mute: bool,
     /// Closes the stream as soon as the connection is open.
-    pub hangs_up: bool,
+    pub(crate) hangs_up: bool,
 }
 
 /// What a target saw.
 #[derive(Clone, Debug, Default)]
-pub struct Seen {
-    pub opened: u32,
+pub(crate) struct Seen {
+    pub(crate) opened: u32,
     /// Forward Closes of the connection that was open.
-    pub closed: u32,
+    pub(crate) closed: u32,
     /// Streams that ended.
-    pub ended: u32,
+    pub(crate) ended: u32,
     /// Run flag and image of the latest frames, newest last.
-    pub frames: Vec<(bool, Vec<u8>)>,
+    pub(crate) frames: Vec<(bool, Vec<u8>)>,
 }
 
 /// A running target; it ends when dropped.
-pub struct Target {
-    pub address: SocketAddrV4,
+pub(crate) struct Target {
+    pub(crate) address: SocketAddrV4,
     seen: Arc<Mutex<Seen>>,
     input: Arc<Mutex<Vec<u8>>>,
     stop: Arc<AtomicBool>,
@@ -73,7 +73,7 @@ struct Life {
 }
 
 impl Target {
-    pub fn start(at: Ipv4Addr, script: Script) -> Self {
+    pub(crate) fn start(at: Ipv4Addr, script: Script) -> Self {
         let address = SocketAddrV4::new(at, 44_818);
         let listener = TcpListener::bind(address).unwrap();
         listener.set_nonblocking(true).unwrap();
@@ -105,11 +105,11 @@ impl Target {
         Self { address, seen, input, stop, thread: Some(thread) }
     }
 
-    pub fn seen(&self) -> Seen {
+    pub(crate) fn seen(&self) -> Seen {
         self.seen.lock().unwrap().clone()
     }
 
-    pub fn set_input(&self, bytes: &[u8]) {
+    pub(crate) fn set_input(&self, bytes: &[u8]) {
         *self.input.lock().unwrap() = bytes.to_vec();
     }
 }

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 static NEXT: AtomicU32 = AtomicU32::new(0);
 
 /// The next address whose ports 2222 (UDP) and 44818 (TCP, UDP) are free.
-pub fn address() -> Ipv4Addr {
+pub(crate) fn address() -> Ipv4Addr {
     for _ in 0..1_000 {
         let number = NEXT.fetch_add(1, Ordering::Relaxed);
         // Spread over 127.0.0.0/8 by process; multiplying by an odd number keeps the numbers apart.

@@ -70,9 +70,9 @@ pub struct EnipSegment<N> {
     events: VecDeque<ScannerEvent>,
     statistics: EnipStatistics,
     /// Asked for.
-    cycle: Duration,
+    asked_cycle: Duration,
     /// Shortest interval of an open connection.
-    beat: Duration,
+    cycle: Duration,
     /// The same moment by the clock of the caller and by that of the network.
     meeting: Option<(Instant, Instant)>,
     last_began: Option<Instant>,
@@ -101,10 +101,7 @@ impl<N: Network> EnipSegment<N> {
     /// are not there yet are tried until the limit for the start; a refusal that time does not mend ends
     /// the start at once.
     pub fn start(network: N, settings: EnipSettings) -> Result<Self, StartFailure<N>> {
-        let mut segment = match Self::assemble(network, &settings) {
-            Ok(segment) => segment,
-            Err(failure) => return Err(failure),
-        };
+        let mut segment = Self::assemble(network, &settings)?;
         match segment.bring_up(settings.start_limit) {
             Ok(()) => Ok(segment),
             Err(error) => Err(StartFailure { error, network: segment.close() }),
@@ -150,8 +147,8 @@ impl<N: Network> EnipSegment<N> {
             seats,
             room: Box::new([0; ROOM]),
             statistics: EnipStatistics::new(),
+            asked_cycle: settings.cycle,
             cycle: settings.cycle,
-            beat: settings.cycle,
             meeting: None,
             last_began: None,
             refused_group: None,
@@ -288,7 +285,7 @@ impl<N: Network> EnipSegment<N> {
     fn cycle_once(&mut self) -> io::Result<()> {
         let began = self.network.now();
         if let Some(last) = self.last_began.replace(began) {
-            let limit = self.cycle.max(self.beat) * 3 / 2;
+            let limit = self.asked_cycle.max(self.cycle) * 3 / 2;
             self.statistics.late += u64::from(began.saturating_duration_since(last) > limit);
         }
         let most = MOST_ARRIVALS + MOST_ARRIVALS_PER_TARGET * self.seats.len();
@@ -329,10 +326,10 @@ impl<N: Network> EnipSegment<N> {
                 beat = Some(beat.map_or(shortest, |beat: Duration| beat.min(shortest)));
             }
         }
-        let beat = beat.unwrap_or(self.cycle);
-        if beat != self.beat || self.statistics.exchanges == 0 {
-            self.beat = beat;
-            self.scanner.set_early(beat.min(self.cycle) / 2);
+        let beat = beat.unwrap_or(self.asked_cycle);
+        if beat != self.cycle || self.statistics.exchanges == 0 {
+            self.cycle = beat;
+            self.scanner.set_early(beat.min(self.asked_cycle) / 2);
         }
     }
 
@@ -340,7 +337,7 @@ impl<N: Network> EnipSegment<N> {
     /// each. A target may have set another interval than was asked for.
     #[must_use]
     pub const fn cycle(&self) -> Duration {
-        self.beat
+        self.cycle
     }
 
     /// The oldest event that was not asked for yet, those of the start included.
