@@ -23,15 +23,15 @@ fn taken(count: u8, t2o_type: T2oType, plan: FaultPlan, wasteful_every: Option<u
     let connections: Vec<_> = (0..count).map(|robot| (robot, connection)).collect();
     let network = FaultyNetwork::new(robots(count, AdapterSettings::meca500()), plan);
     let mut plc = Plc::start(network, 1, &connections);
-    let mut outputs = [0; OUTPUT_LEN];
+    let mut outputs = [0_u8; OUTPUT_LEN];
     let mut cycles = |plc: &mut Plc<_>, cycles: u64, every: Option<u64>| {
         let mut fresh = 0;
         for cycle in 0..cycles {
             if every.is_some_and(|every| cycle.is_multiple_of(every)) {
                 drop(std::hint::black_box(vec![0_u8; 16]));
             }
-            // Other outputs each time; a host time means nothing to a robot that is not moved.
-            outputs[OUTPUT_LEN - 1] = outputs[OUTPUT_LEN - 1].wrapping_add(1) % 2;
+            // Other outputs each time: the last slot asks for a type that does not exist, and for none again.
+            outputs[OUTPUT_LEN - 1] ^= 1;
             for robot in 0..usize::from(count) {
                 plc.segment.write_outputs(robot, &outputs);
             }

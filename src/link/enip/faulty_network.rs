@@ -296,19 +296,19 @@ impl<N: Network> FaultyNetwork<N> {
             return;
         }
         while let Some(held) = self.faults.sent_streams.pop_front() {
-            match held {
+            let (target, sent) = match held {
                 HeldStream::Connect { target, address } => {
-                    if self.network.connect(target, address).is_err() {
-                        self.faults.break_stream(target);
-                    }
+                    (target, self.network.connect(target, address))
                 }
                 HeldStream::Sent { target, bytes } => {
-                    if self.network.send_stream(target, &bytes).is_err() {
-                        self.faults.break_stream(target);
-                    }
+                    let sent = self.network.send_stream(target, &bytes);
                     self.faults.recycle(bytes);
+                    (target, sent)
                 }
-                _ => {}
+                _ => continue,
+            };
+            if sent.is_err() {
+                self.faults.break_stream(target);
             }
         }
         while let Some(held) = self.faults.take_due(Direction::Sent, now) {
