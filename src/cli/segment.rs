@@ -21,10 +21,10 @@ use super::wording::counted;
 use crate::bus::ethercat::meca500::{Meca500Application, Meca500Settings};
 use crate::cycle::{CyclicSegment, InputQuality};
 use crate::link::direct::DirectSegment;
-use crate::link::enip::EnipSegment;
 use crate::link::enip::memory::MemoryNetwork;
 use crate::link::enip::network::Network;
 use crate::link::enip::sockets::SocketNetwork;
+use crate::link::enip::{EnipError, EnipSegment};
 use crate::link::ethercat::memory::MemoryWire;
 #[cfg(target_os = "linux")]
 use crate::link::ethercat::raw_socket::RawSocket;
@@ -175,8 +175,8 @@ fn start_enip<N: Network>(
 }
 
 impl<N: Network> Enip<N> {
-    fn exchange(&mut self, watcher: Option<&LinkWatcher>, now: Instant) -> Result<(), LinkMessage> {
-        let exchanged = self.segment.exchange(now).map_err(|error| LinkMessage::of(&error));
+    fn exchange(&mut self, watcher: Option<&LinkWatcher>, now: Instant) -> Result<(), EnipError> {
+        let exchanged = self.segment.exchange(now);
         while let Some(event) = self.segment.poll_event() {
             if let Some(watcher) = watcher {
                 watcher.tell_enip(event);
@@ -347,8 +347,8 @@ impl CyclicSegment for Segment {
                     LinkMessage::of(&gone)
                 })
             }
-            Bus::EnipSim(enip) => enip.exchange(watcher, now),
-            Bus::Enip(enip) => enip.exchange(watcher, now),
+            Bus::EnipSim(enip) => enip.exchange(watcher, now).map_err(|e| LinkMessage::of(&e)),
+            Bus::Enip(enip) => enip.exchange(watcher, now).map_err(|e| LinkMessage::of(&e)),
         }
     }
 

@@ -58,7 +58,7 @@ fn outputs_are_those_of_an_owner_that_runs() {
     assert_eq!(robot.adapter.outputs(), None, "nothing arrived yet");
     robot.output(peer(1), id, (500, 900), false, 1);
     assert_eq!(robot.adapter.outputs(), None, "idle");
-    assert_eq!(robot.events(), []);
+    assert!(robot.events().is_empty());
     robot.output(peer(1), id, (501, 901), true, 2);
     assert_eq!(robot.adapter.outputs(), Some(&[2; 60][..]));
     robot.output(peer(1), id, (502, 902), true, 3);
@@ -134,7 +134,7 @@ fn a_frame_that_is_dropped_does_not_feed_the_watchdog() {
         robot.advance(ms(10));
     }
     assert_eq!(robot.adapter.outputs(), None);
-    assert_eq!(kinds(&robot), []);
+    assert!(kinds(&robot).is_empty());
 }
 
 #[test]
@@ -189,7 +189,7 @@ fn a_late_caller_does_not_revive_an_expired_connection() {
     robot.now += ms(160);
     robot.output(peer(1), id, (2, 2), true, 2);
     assert_eq!(robot.adapter.outputs(), None);
-    assert_eq!(kinds(&robot), []);
+    assert!(kinds(&robot).is_empty());
 }
 
 #[test]
@@ -299,7 +299,7 @@ fn listening_point_to_point_ends_with_the_last_of_the_others() {
     assert_eq!(ended, [(8, false), (9, false), (10, false)]);
     robot.frames.clear();
     robot.advance(ms(100));
-    assert_eq!(robot.frames, []);
+    assert!(robot.frames.is_empty());
 }
 
 #[test]
@@ -348,8 +348,8 @@ fn a_restart_forgets_everything_but_access_and_ids() {
     assert_eq!((robot.adapter.outputs(), robot.adapter.owner()), (None, None));
     assert_eq!((robot.adapter.poll_timeout(), robot.adapter.poll_event()), (None, None));
     robot.closed.clear();
-    assert_eq!(robot.feed(session.stream, &crate::support::packet(0x63, 0, &[])), []);
-    assert_eq!(robot.closed, [], "without a word");
+    assert!(robot.feed(session.stream, &crate::support::packet(0x63, 0, &[])).is_empty());
+    assert!(robot.closed.is_empty(), "without a word");
 
     let session = robot.session(peer(1));
     robot.frames.clear();

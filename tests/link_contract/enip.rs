@@ -17,7 +17,8 @@ use fieldarm::wire::enip::MESSAGE_PORT;
 use crate::cell::CYCLE;
 use crate::contract::{Ability, Bus, BusKind, Cable, PlcEnd};
 use crate::link_contract;
-use crate::watched::{WatchedRobot, quick_robot};
+use crate::quick_robot::quick_robot;
+use crate::watched::WatchedRobot;
 
 /// Robots in memory on a network that can misbehave.
 pub(crate) type Net = FaultyNetwork<MemoryNetwork<WatchedRobot>>;

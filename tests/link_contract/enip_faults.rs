@@ -15,7 +15,7 @@ use crate::checkers::End;
 use crate::contract::Cable;
 use crate::enip::{Enip, EnipBus, Net, adapter};
 use crate::plc::Plc;
-use crate::watched::quick_robot;
+use crate::quick_robot::quick_robot;
 
 /// Faults in one life of a link.
 const FAULTS: u32 = 100;
