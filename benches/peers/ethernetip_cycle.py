@@ -32,8 +32,8 @@ def main():
         sys.exit(f"Forward Open: {opened}")
     connection.produce()
     sys.stdin.read()
+    # The meter is gone by now: nobody is there to be told.
     connection.stopProduce()
-    connection.sendFwdCloseReq(100, 150, 151)
     scanner.stopIO()
 
 

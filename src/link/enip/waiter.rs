@@ -44,7 +44,7 @@ pub(super) use listed::Waiter;
 mod in_kernel {
     use core::mem::MaybeUninit;
 
-    use rustix::event::epoll;
+    use rustix::event::{PollFd, PollFlags, epoll, poll};
     use rustix::fd::OwnedFd;
     use rustix::io::Errno;
 
@@ -56,8 +56,6 @@ mod in_kernel {
     /// Waits for sockets that were put on a list in the kernel.
     pub(in crate::link::enip) struct Waiter {
         epoll: OwnedFd,
-        /// Whether the kernel only knows whole milliseconds (before 5.11).
-        is_coarse: bool,
     }
 
     impl core::fmt::Debug for Waiter {
@@ -69,7 +67,7 @@ mod in_kernel {
     impl Waiter {
         pub(in crate::link::enip) fn new() -> io::Result<Self> {
             let epoll = epoll::create(epoll::CreateFlags::CLOEXEC)?;
-            Ok(Self { epoll, is_coarse: false })
+            Ok(Self { epoll })
         }
 
         /// Puts a socket on the list.
@@ -92,19 +90,21 @@ mod in_kernel {
             timeout: Duration,
             mut ready: impl FnMut(usize),
         ) -> io::Result<()> {
-            let mut timeout = timespec(timeout);
-            if self.is_coarse {
-                timeout = round_up(timeout);
+            // The list itself is a file that is ready when one of its sockets is. `poll` takes nanoseconds;
+            // waiting for the list directly would round up to milliseconds, and frames would leave late by
+            // a part of one that changes from frame to frame.
+            let mut list = [PollFd::new(&self.epoll, PollFlags::IN)];
+            match poll(&mut list, Some(&timespec(timeout))) {
+                Ok(0) | Err(Errno::INTR) => return Ok(()),
+                Ok(_) => {}
+                Err(error) => return Err(error.into()),
             }
             // On the stack: an event may hold a pointer, and would keep the waiter from moving between threads.
             let mut room = [MaybeUninit::uninit(); MOST];
-            let events = match epoll::wait(&self.epoll, &mut room, Some(&timeout)) {
+            let at_once = Timespec { tv_sec: 0, tv_nsec: 0 };
+            let events = match epoll::wait(&self.epoll, &mut room, Some(&at_once)) {
                 Ok((events, _)) => events,
                 Err(Errno::INTR) => return Ok(()),
-                Err(Errno::NOSYS) if !self.is_coarse => {
-                    self.is_coarse = true;
-                    return Ok(());
-                }
                 Err(error) => return Err(error.into()),
             };
             for event in events {
@@ -121,12 +121,6 @@ mod in_kernel {
             Interest::ReadAndWrite => epoll::EventFlags::IN | epoll::EventFlags::OUT,
             Interest::Nothing => epoll::EventFlags::empty(),
         }
-    }
-
-    /// To the next whole millisecond.
-    fn round_up(timeout: Timespec) -> Timespec {
-        let ms = (timeout.tv_nsec + 999_999) / 1_000_000;
-        Timespec { tv_sec: timeout.tv_sec + ms / 1_000, tv_nsec: ms % 1_000 * 1_000_000 }
     }
 }
 
