@@ -27,6 +27,7 @@ pub mod link;
 pub mod run;
 #[cfg(feature = "sim")]
 pub mod sim;
+pub mod text_device;
 pub mod time;
 pub mod wire;
 

@@ -1,13 +1,14 @@
 //! Text commands against the table typed from the manual, the line parser, and program statements.
 
+use fieldarm::wire::meca500::code::Code;
 use fieldarm::wire::meca500::command::{
     COMMANDS, Conf, ConfSign, GripperAction, MotionCommand, Pose, Unit, ValveAction,
     VelocityCommand,
 };
 use fieldarm::wire::meca500::revision::Revision;
 use fieldarm::wire::meca500::text::{
-    Category, CyclicEquivalent, Statement, TEXT_COMMANDS, TextArgumentKind, TextCommandSpec,
-    Timing, Value, parse_line,
+    AllowedState, Category, CyclicEquivalent, Statement, TEXT_COMMANDS, TextArgumentKind,
+    TextCommandSpec, Timing, Value, parse_line,
 };
 use proptest::prelude::*;
 use std::collections::HashMap;
@@ -267,10 +268,11 @@ fn texts_and_lists_may_hold_commas_and_comment_signs() {
     };
     assert_eq!(arguments(r##"LogTrace("a, b) # c // d")"##), [Value::Text("a, b) # c // d")]);
     assert_eq!(arguments("StartProgram(pick_2)"), [Value::Text("pick_2")]);
-    assert_eq!(
-        arguments("CreateVariable(home, [190.0, 0, 308], 10000)"),
-        [Value::Text("home"), Value::Text("[190.0, 0, 308]"), Value::Number(10_000.0)]
-    );
+    let variable = arguments("CreateVariable(home, [190.0, 0, 308], 10000)");
+    assert_eq!(variable[..1], [Value::Text("home")]);
+    let Value::List(elements) = variable[1] else { panic!("{variable:?}") };
+    assert_eq!(elements.collect::<Vec<_>>(), ["190.0", "0", "308"]);
+    assert_eq!(variable[2..], [Value::Number(10_000.0)]);
     assert_eq!(
         arguments("SetRealTimeMonitoring(2200, TargetCartPos, 2202, 2203, 2204, 2210, 2211, All)")
             .len(),
@@ -642,4 +644,59 @@ proptest! {
         let message = syntax_error(&name).1;
         prop_assert!(message.contains("did you mean"), "{}", message);
     }
+}
+
+/// The codes in square brackets of a cell of answers: `[2000][...] | [2001][...]`.
+fn answer_codes(cell: &str) -> Vec<u16> {
+    let cell = cell.split(" | ");
+    cell.filter_map(|answer| answer.trim().get(1..5)?.parse().ok()).collect()
+}
+
+#[test]
+fn the_answers_the_states_and_the_memory_are_those_of_the_table() {
+    let mut checked = 0;
+    for row in rows() {
+        let name = row["name"].as_str();
+        let spec = TextCommandSpec::by_name(name).unwrap();
+        let mut ours: Vec<u16> =
+            spec.answers().iter().chain(spec.later_messages()).map(|code| code.0).collect();
+        ours.sort_unstable();
+        let mut theirs = answer_codes(&row["responses"]);
+        theirs.sort_unstable();
+        theirs.dedup();
+        // Where the chapter and Table 2 of the manual differ, or the chapter says "etc.".
+        match name {
+            "GetWrf" => assert_eq!((&*ours, &*theirs), (&[2013][..], &[2014][..])),
+            "GetPStop2Cfg" => assert_eq!((&*ours, &*theirs), (&[2179][..], &[2178][..])),
+            "GetExtToolFwVersion" => assert_eq!(ours, [2086, 2088]),
+            "GetSafetyStopStatus" => assert_eq!(ours, [3032, 3070, 3083, 3086]),
+            _ => assert_eq!(ours, theirs, "{name}"),
+        }
+        assert!(ours.iter().all(|code| Code(*code).describe().is_some()), "{name}: {ours:?}");
+        let mut errors: Vec<String> = spec.errors().map(|code| code.0.to_string()).collect();
+        errors.sort_unstable();
+        let mut expected: Vec<&str> =
+            row["errors"].split(';').filter(|cell| !cell.is_empty()).collect();
+        expected.sort_unstable();
+        // Its chapter asks for a robot that is ready and names no error for another.
+        if name != "ResetError" {
+            assert_eq!(errors, expected, "{name}");
+        }
+        assert_eq!(spec.is_persistent(), row["persistent"].starts_with("yes"), "{name}");
+        let state = match row["allowed_state"].as_str() {
+            "any" if spec.available == Some(false) => AllowedState::NotStated,
+            "any" => AllowedState::Any,
+            "deactivated" => AllowedState::Deactivated,
+            "activated" | "activated or already homed" => AllowedState::Activated,
+            "ready for motion" => AllowedState::Ready,
+            "ready for motion; not in error; no safety signal" => AllowedState::ReadyAndFree,
+            cell if cell.contains("homed (not in recovery") => AllowedState::HomedAndFree,
+            "while saving a program" => AllowedState::Saving,
+            "" => AllowedState::NotStated,
+            cell => panic!("{name}: {cell}"),
+        };
+        assert_eq!(spec.allowed_state(), state, "{name}");
+        checked += usize::from(!ours.is_empty());
+    }
+    assert!(checked > 120, "{checked}");
 }

@@ -4,3 +4,4 @@
 
 pub mod enip;
 pub mod ethercat;
+pub mod text;

@@ -12,3 +12,5 @@ pub mod direct;
 pub mod enip;
 #[cfg(feature = "ethercat")]
 pub mod ethercat;
+#[cfg(feature = "text")]
+pub mod text;

@@ -44,7 +44,7 @@ impl Served {
             let robot = VirtualRobot::new(RobotSettings {
                 serial_number: serial,
                 bus: CyclicBus::EtherNetIp,
-                ..self.robot
+                ..self.robot.clone()
             });
             let presentation = Presentation {
                 serial,

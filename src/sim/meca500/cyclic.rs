@@ -216,7 +216,7 @@ impl VirtualRobot {
             && self.settings.bus == CyclicBus::EtherCat
         {
             self.lose_connection();
-            self.settings.persistent.ethercat_enabled = false;
+            self.leave_ethercat();
         }
     }
 

@@ -11,7 +11,7 @@ use super::readings::{
     AutomaticSlots, DynamicDelay, Readings, UnavailableInRotation, UnknownDynamicType,
     VariablesInRotation,
 };
-use super::store::Variables;
+use super::variables::Variables;
 use crate::wire::meca500::dynamic::{DYNAMIC_TYPES, DynamicType};
 
 /// The slots of one connection.

@@ -1,7 +1,8 @@
-//! What the robot would say on its text ports: a bounded list, read by whoever wants to.
+//! What the robot would say on its text ports: bounded lists, one for whoever wants to read it and
+//! one for the text face.
 //!
 //! The cyclic image shows only the last of several checkpoints; here every one appears. When nobody
-//! reads, the oldest events are dropped.
+//! reads, the oldest events are dropped. The text face's list stays empty until somebody uses it.
 
 use alloc::collections::VecDeque;
 
@@ -47,17 +48,32 @@ pub enum RobotEvent {
 #[derive(Clone, Debug, Default)]
 pub(super) struct EventLog {
     events: VecDeque<RobotEvent>,
+    for_text: VecDeque<RobotEvent>,
+    text_listens: bool,
 }
 
 impl EventLog {
     pub(super) fn push(&mut self, event: RobotEvent) {
-        if self.events.len() >= KEPT {
-            self.events.pop_front();
+        let lists = [Some(&mut self.events), self.text_listens.then_some(&mut self.for_text)];
+        for list in lists.into_iter().flatten() {
+            if list.len() >= KEPT {
+                list.pop_front();
+            }
+            list.push_back(event);
         }
-        self.events.push_back(event);
     }
 
     pub(super) fn pop(&mut self) -> Option<RobotEvent> {
         self.events.pop_front()
+    }
+
+    /// From now on events are kept for the text face too.
+    pub(super) const fn listen_for_text(&mut self) {
+        self.text_listens = true;
+    }
+
+    /// The next event for the text face.
+    pub(super) fn pop_for_text(&mut self) -> Option<RobotEvent> {
+        self.for_text.pop_front()
     }
 }

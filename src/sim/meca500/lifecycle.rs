@@ -389,6 +389,8 @@ impl VirtualRobot {
         self.tool.emulate(false);
         self.tool.deactivate();
         self.simulating = false;
+        self.asked_simulation = None;
+        self.text.forget(self.settings.network.keep_alive_packets);
         self.arm_homed = false;
         self.brakes_released = false;
         self.error = Code(0);
@@ -429,13 +431,19 @@ impl VirtualRobot {
             return Err(Code::COMMAND_FAILED);
         }
         self.simulating = on;
+        self.asked_simulation = None;
         self.tool.emulate(on);
         Ok(())
     }
 
+    /// How a simulating robot passes its time: as asked for, otherwise as configured.
+    pub(super) fn simulation_type(&self) -> SimulationType {
+        self.asked_simulation.unwrap_or(self.settings.persistent.simulation)
+    }
+
     /// Whether commands are executed as quickly as possible.
     pub(super) fn is_fast(&self) -> bool {
-        self.simulating && self.settings.persistent.simulation == SimulationType::Fast
+        self.simulating && self.simulation_type() == SimulationType::Fast
     }
 
     /// SetRecoveryMode. Allowed in every state; what is compiled is planned anew.

@@ -5,7 +5,7 @@
 //! ```text
 //!   cyclic images --> cyclic --.                       .--> inputs, dynamic --> cyclic images
 //!                              |--> receive --> queue  |
-//!   text (a later face) -------'      |           |    |
+//!   text lines ----> text -----'      |           |    |
 //!                                     v           v    |
 //!   person --> panel --> lifecycle, safety, halt --> executor --> motion --> kinematics
 //! ```
@@ -14,7 +14,7 @@
 //! Where the manual is open there is a switch ([`Readings`]); where it is silent on a figure there
 //! is a documented choice.
 //!
-//! Leaves out: the text ports, gravity (an arm with released brakes stays where it is), heat,
+//! Leaves out: gravity (an arm with released brakes stays where it is), heat,
 //! wear, calibration (the calibrated geometry is the nominal one), logs.
 
 mod compile;
@@ -39,8 +39,10 @@ mod robot;
 mod safety;
 mod settings;
 mod store;
+mod text;
 mod tool;
 mod torque;
+mod variables;
 mod velocity;
 mod zones;
 
@@ -53,8 +55,10 @@ pub use receive::Verdict;
 pub use robot::VirtualRobot;
 pub use safety::Signal;
 pub use settings::{
-    CyclicBus, FittedTool, LifecycleTimes, PStop2Mode, PersistentSettings, RecoveryCaps,
-    RobotSettings, SimulationType,
+    CyclicBus, FieldbusMode, FittedTool, LifecycleTimes, NetworkSettings, PStop2Mode,
+    PersistentSettings, RecoveryCaps, RobotSettings, SimulationType,
 };
 pub use store::StoreError;
+pub use text::{Controller, ProtocolSettings};
 pub use tool::{GripperState, Part};
+pub use variables::SavedVariable;

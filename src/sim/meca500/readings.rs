@@ -475,6 +475,72 @@ readings! {
         /// Scales every requested joint velocity by the percentage as well.
         Scales,
     }
+    104
+    /// Code of the answer to GetWrf.
+    wrf_code: WrfCode {
+        /// 2013, as Table 2 has it.
+        Table,
+        /// 2014, as its chapter prints; also that of GetTrf.
+        Chapter,
+    }
+    111
+    /// Code of the answer to GetPStop2Cfg.
+    p_stop2_cfg_code: PStop2CfgCode {
+        /// 2179, as Table 2 has it.
+        Table,
+        /// 2178, as its chapter prints; also that of SetPStop2Cfg.
+        Chapter,
+    }
+    108
+    /// Code of the answer to GetExtToolFwVersion.
+    tool_version_code: ToolVersionCode {
+        /// 2086, as its chapter prints.
+        Chapter,
+        /// 2088, as one of two rows of Table 2 has it.
+        Table,
+    }
+    106
+    /// Value of 2047, the answer to SetExtToolSim and GetExtToolSim.
+    tool_simulation_value: ToolSimulationValue {
+        /// The number of the tool.
+        Number,
+        /// The text of Table 2.
+        Text,
+    }
+    60
+    /// Code of the safety signal of a dropped connection.
+    connection_drop_code: ConnectionDropCode {
+        /// 3086, as the tables and the chapters of commands have it.
+        Tables,
+        /// 3081, as section 4 prints.
+        Section4,
+    }
+    35
+    /// 3004 after PauseMotion of a moving robot.
+    end_of_movement_after_pause: EndOfMovementAfterPause {
+        /// Is sent even while SetEom is off.
+        Always,
+        /// Is sent if SetEom is on.
+        WhenEnabled,
+    }
+    33
+    /// Text commands that depend on what the robot is ready for, while it is being activated, homed
+    /// or deactivated.
+    commands_while_busy: CommandsWhileBusy {
+        /// Wait for the end of it, in their order.
+        Wait,
+        /// Are judged by the state at their arrival.
+        Judged,
+    }
+    33
+    /// Requests and other text commands for any state, in error mode, in which every later command
+    /// is answered with 1011.
+    text_in_error_mode: TextInErrorMode {
+        /// Are answered.
+        Answered,
+        /// Are refused until ResetError, but for GetStatusRobot and what leads out of the error.
+        Refused,
+    }
     42
     /// Delay of a change of a requested dynamic type: "one or two cycles" (PM L1278).
     dynamic_delay: DynamicDelay {

@@ -16,6 +16,9 @@ use crate::wire::meca500::command::{
     CommandKind, MotionCommand, Requirement, VelocityCommand, WorkZoneLimits,
 };
 
+/// Highest checkpoint: the manual's 8000, and those the vendor's client keeps for itself.
+const MOST_CHECKPOINTS: u16 = 8191;
+
 /// What became of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
@@ -69,7 +72,7 @@ impl VirtualRobot {
             Ok(Verdict::Full)
         } else {
             if let MotionCommand::StartProgram(number) = *command {
-                self.programs.get(number)?;
+                self.program_commands(number)?;
             }
             self.queue.push(Item::Command(*command));
             Ok(Verdict::Accepted)
@@ -96,6 +99,8 @@ impl VirtualRobot {
                     .then_some(())
                     .ok_or(Code::ARGUMENT_ERROR);
             }
+            // The vendor's client uses numbers above the manual's 8000. Source: client
+            MotionCommand::SetCheckpoint(1..=MOST_CHECKPOINTS) => Ok(()),
             // As many arguments as the variable has are looked at when it is set.
             MotionCommand::SetVariable { .. } => Ok(()),
             _ => command.check(self.settings.revision),
@@ -210,13 +215,13 @@ impl VirtualRobot {
         if self.refuses_for_safety() {
             return Err(Code::COMMAND_FAILED);
         }
-        let commands = self.programs.get(number)?;
+        let commands = self.program_commands(number)?;
         if commands.len() > self.queue.space(self.settings.readings.compiled_commands) {
             return Err(Code::COMMAND_BUFFER_FULL);
         }
         self.queue.push(Item::ProgramBegin(number));
         for command in commands {
-            self.queue.push(Item::Command(*command));
+            self.queue.push(Item::Command(command));
         }
         self.queue.push(Item::ProgramEnd(number));
         Ok(())
@@ -233,13 +238,12 @@ impl VirtualRobot {
 
     /// StartProgram, class queued: its turn has come to be compiled.
     pub(super) fn expand_program(&mut self, number: u16) {
-        let Self { programs, queue, .. } = self;
-        let Ok(commands) = programs.get(number) else { return };
+        let Ok(commands) = self.program_commands(number) else { return };
         let items = core::iter::once(Item::ProgramBegin(number))
-            .chain(commands.iter().map(|command| Item::Command(*command)))
+            .chain(commands.into_iter().map(Item::Command))
             .chain(core::iter::once(Item::ProgramEnd(number)));
         let mut all: alloc::vec::Vec<Item> = items.collect();
-        queue.insert_front(all.drain(..));
+        self.queue.insert_front(all.drain(..));
     }
 
     /// A command with MoveID 0 and SetPoint 1: velocity commands act, moves are queued in every

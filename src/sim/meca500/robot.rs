@@ -8,8 +8,8 @@
 //! longer than those handed in, until there is nothing left to do. However far `now` jumps, a call
 //! takes a bounded number of steps: after 20,000 of them what is left passes in 100 equal ones.
 //!
-//! Invariants: no input makes it panic; time never runs back; after construction only queueing and
-//! planning allocate.
+//! Invariants: no input makes it panic; time never runs back; after construction only queueing,
+//! planning and setting variables allocate, and the text face once it is used.
 
 use super::cyclic::CyclicFace;
 use super::event::{EventLog, RobotEvent};
@@ -21,10 +21,12 @@ use super::motion::{FULL_RATE_CHANGE_S, Follower, JointState, PathClock};
 use super::motion_settings::MotionSettings;
 use super::queue::Queue;
 use super::safety::Safety;
-use super::settings::{BootSettings, PersistentSettings, RobotSettings};
-use super::store::{Programs, Variables};
+use super::settings::{BootSettings, PersistentSettings, RobotSettings, SimulationType};
+use super::store::Programs;
+use super::text::TextFace;
 use super::tool::Tool;
 use super::torque::{self, Disturbance};
+use super::variables::Variables;
 use super::velocity::VelocityRun;
 use super::zones::{self, Object};
 use crate::time::Instant;
@@ -37,6 +39,8 @@ const STEP_NS: u64 = 1_000_000;
 const FINE_STEPS: u32 = 20_000;
 /// Steps in which the rest of a longer jump passes.
 const COARSE_STEPS: u64 = 100;
+/// Times in one call at which the text face has something to do, and a long step ends early.
+const TEXT_STOPS: u32 = 20_000;
 /// Step of the robot's own time in fast simulation, in s.
 const FAST_STEP_S: f64 = 0.01;
 /// How much farther than its stop the arm looks for a breach, in s: two steps.
@@ -68,6 +72,8 @@ pub struct VirtualRobot {
     pub(super) lifecycle_total_ns: u64,
     pub(super) arm_homed: bool,
     pub(super) simulating: bool,
+    /// The kind of simulation that ActivateSim(m) asked for, in place of the configured one.
+    pub(super) asked_simulation: Option<SimulationType>,
     pub(super) brakes_released: bool,
     pub(super) failed_activation: Code,
 
@@ -101,6 +107,7 @@ pub struct VirtualRobot {
     pub(super) programs: Programs,
     pub(super) events: EventLog,
     pub(super) face: CyclicFace,
+    pub(super) text: TextFace,
 }
 
 impl VirtualRobot {
@@ -123,6 +130,7 @@ impl VirtualRobot {
             lifecycle_total_ns: 0,
             arm_homed: settings.homed,
             simulating: false,
+            asked_simulation: None,
             brakes_released: false,
             failed_activation: Code(0),
             safety: Safety::reset_and_powered(),
@@ -152,6 +160,7 @@ impl VirtualRobot {
             programs: Programs::default(),
             events: EventLog::default(),
             face: CyclicFace::default(),
+            text: TextFace::new(settings.network.keep_alive_packets),
             settings,
         };
         robot.set_power_up_bits();
@@ -214,17 +223,27 @@ impl VirtualRobot {
         let mut left = now.as_nanos().saturating_sub(self.now.as_nanos());
         let mut fine_steps = FINE_STEPS;
         let mut coarse_ns = None;
+        let mut text_stops = TEXT_STOPS;
         while left > 0 {
-            let step = if self.is_quiet() {
+            let mut step = if self.is_quiet() {
                 left
             } else if fine_steps > 0 {
                 left.min(STEP_NS)
             } else {
                 left.min(*coarse_ns.get_or_insert_with(|| left.div_ceil(COARSE_STEPS).max(STEP_NS)))
             };
+            if text_stops > 0
+                && let Some(due_ns) = self.text.due_in(self.now)
+                && due_ns < step
+            {
+                step = due_ns.max(1);
+                text_stops -= 1;
+            }
             self.now = Instant::from_nanos(self.now.as_nanos().saturating_add(step));
             left -= step;
             fine_steps = fine_steps.saturating_sub(self.live(step));
+            self.observe_text();
+            self.take_up_waiting();
         }
     }
 

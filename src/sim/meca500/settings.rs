@@ -8,6 +8,8 @@
 //! | of a boot | [`BootSettings`] | every boot |
 //! | of motion | [`MotionSettings`](super::motion_settings::MotionSettings) | every boot and every deactivation |
 
+use alloc::string::String;
+
 use super::kinematics::Joints;
 use super::motion::JointLimits;
 use super::readings::Readings;
@@ -52,6 +54,8 @@ pub struct RobotSettings {
     pub position_error_before_homing_deg: f64,
     /// The settings that survive power-off.
     pub persistent: PersistentSettings,
+    /// The settings of name and network, which survive power-off too.
+    pub network: NetworkSettings,
 }
 
 impl Default for RobotSettings {
@@ -73,6 +77,7 @@ impl Default for RobotSettings {
             recovery_caps: RecoveryCaps::default(),
             position_error_before_homing_deg: 0.5,
             persistent: PersistentSettings::default(),
+            network: NetworkSettings::default(),
         }
     }
 }
@@ -139,6 +144,62 @@ impl FittedTool {
             Self::Megp25E => Some(6.0),
             Self::Megp25Ls => Some(48.0),
             Self::None | Self::Mpm500 => None,
+        }
+    }
+}
+
+/// Whether the robot answers on EtherNet/IP or PROFINET. Source: PM L3246, L3273.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum FieldbusMode {
+    /// 0: it does not.
+    #[default]
+    Disabled,
+    /// 1: it does.
+    Enabled,
+    /// 2: it does, for connections that only watch.
+    MonitoringOnly,
+}
+
+impl FieldbusMode {
+    /// The number in EnableEtherNetIp and EnableProfinet.
+    #[must_use]
+    pub const fn number(self) -> u8 {
+        self as u8
+    }
+
+    /// The mode with this number; `None` above 2.
+    #[must_use]
+    pub const fn from_number(number: u8) -> Option<Self> {
+        match number {
+            0 => Some(Self::Disabled),
+            1 => Some(Self::Enabled),
+            2 => Some(Self::MonitoringOnly),
+            _ => None,
+        }
+    }
+}
+
+/// Name and network: settings that survive power-off, set over TCP only.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NetworkSettings {
+    /// SetRobotName: at most 63 letters, digits and hyphens, no hyphen first.
+    pub robot_name: String,
+    /// SetNetworkOptions: keep-alive packets that may be lost before a connection counts as
+    /// dropped, 0 to 60. In force from the next boot on.
+    pub keep_alive_packets: u8,
+    /// EnableEtherNetIp.
+    pub ethernet_ip: FieldbusMode,
+    /// EnableProfinet.
+    pub profinet: FieldbusMode,
+}
+
+impl Default for NetworkSettings {
+    fn default() -> Self {
+        Self {
+            robot_name: String::from("m500"),
+            keep_alive_packets: 3,
+            ethernet_ip: FieldbusMode::Disabled,
+            profinet: FieldbusMode::Disabled,
         }
     }
 }

@@ -1,20 +1,25 @@
-//! What the robot keeps on its drive: variables with a cyclic ID, and offline programs by number.
+//! What the robot keeps on its drive, for the person at the cell: variables, and offline programs by
+//! number.
 //!
-//! Both survive a reboot. Variables are created here by the person at the cell, as through the text
-//! port; cyclic data can only set and use them (PM L6799). Source: PM L3998-4080, L6733-6863.
+//! Both survive a reboot. What is done here is what the text port does by command; cyclic data can
+//! only set and use variables (PM L6799). A program's lines are kept as they are: those with
+//! variables are read anew whenever the program starts. Source: PM L3998-4080, L6733-6863.
 
 use alloc::collections::BTreeMap;
+use alloc::format;
+use alloc::string::String;
 use alloc::vec::Vec;
 
+use serde_json::Value;
 use thiserror::Error;
 
 use super::queue::CAPACITY;
 use super::robot::VirtualRobot;
+use super::text::command_line;
+use super::variables::{CYCLIC_IDS, SavedVariable, number_of};
 use crate::wire::meca500::code::Code;
 use crate::wire::meca500::command::MotionCommand;
 
-/// Lowest and highest cyclic ID of a variable. Source: PM L6793.
-const CYCLIC_IDS: core::ops::RangeInclusive<u16> = 10_000..=19_999;
 /// Highest number of an offline program. Source: PM L4054.
 const MOST_PROGRAMS: u16 = 500;
 
@@ -41,6 +46,9 @@ pub enum StoreError {
         /// Numbers given.
         found: usize,
     },
+    /// A value that is infinite or no number.
+    #[error("a variable holds finite numbers only")]
+    NotFinite,
     /// A program number outside 1 to 500.
     #[error("program number {0} is outside 1 to 500")]
     ProgramNumber(u16),
@@ -49,59 +57,25 @@ pub enum StoreError {
     ProgramSize(usize),
 }
 
-/// Variables with a cyclic ID: numbers and arrays of numbers.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Variables {
-    by_id: BTreeMap<u16, Vec<f32>>,
-}
-
-impl Variables {
-    pub(super) fn get(&self, cyclic_id: u16) -> Option<&[f32]> {
-        self.by_id.get(&cyclic_id).map(Vec::as_slice)
-    }
-
-    /// The cyclic IDs in use, ascending.
-    pub(super) fn ids(&self) -> impl Iterator<Item = u16> {
-        self.by_id.keys().copied()
-    }
-
-    /// Sets a variable from the arguments of a cyclic command: as many as it has elements. An array
-    /// of more than six cannot be set so.
-    pub(super) fn set_from_arguments(
-        &mut self,
-        cyclic_id: u16,
-        arguments: &[f32; 6],
-    ) -> Result<(), Code> {
-        let failed = Code::SET_VARIABLE_FAILED;
-        let values = self.by_id.get_mut(&cyclic_id).ok_or(failed)?;
-        let used = arguments.get(..values.len()).ok_or(failed)?;
-        if !used.iter().all(|value| value.is_finite()) {
-            return Err(failed);
-        }
-        values.copy_from_slice(used);
-        Ok(())
-    }
+/// A line of an offline program.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum ProgramLine {
+    /// A command.
+    Command(MotionCommand),
+    /// A line with variables, or one that somebody wrote.
+    Text(String),
 }
 
 /// Offline programs by number.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Programs {
-    by_number: BTreeMap<u16, Vec<MotionCommand>>,
+    by_number: BTreeMap<u16, Vec<ProgramLine>>,
 }
 
 impl Programs {
-    /// The program's commands.
-    ///
-    /// # Errors
-    ///
-    /// 3017 where there is none, 3020 for one with a command that a program cannot hold.
-    pub(super) fn get(&self, number: u16) -> Result<&[MotionCommand], Code> {
-        let commands = self.by_number.get(&number).ok_or(Code::NO_OFFLINE_PROGRAM)?;
-        if commands.iter().all(VirtualRobot::may_be_in_program) {
-            Ok(commands)
-        } else {
-            Err(Code::OFFLINE_PROGRAM_INVALID)
-        }
+    /// Keeps a program in place of the one before.
+    pub(super) fn keep(&mut self, number: u16, lines: Vec<ProgramLine>) {
+        self.by_number.insert(number, lines);
     }
 }
 
@@ -110,36 +84,48 @@ impl VirtualRobot {
     ///
     /// # Errors
     ///
-    /// A cyclic ID out of range or taken, or no numbers.
+    /// A cyclic ID out of range or taken, no numbers, or one that is not finite.
     pub fn create_variable(&mut self, cyclic_id: u16, values: &[f32]) -> Result<(), StoreError> {
         if !CYCLIC_IDS.contains(&cyclic_id) {
             return Err(StoreError::CyclicId(cyclic_id));
         }
-        if self.variables.by_id.contains_key(&cyclic_id) {
+        if self.variables.get(cyclic_id).is_some() {
             return Err(StoreError::Taken(cyclic_id));
         }
         if values.is_empty() {
             return Err(StoreError::Empty);
         }
-        self.variables.by_id.insert(cyclic_id, values.to_vec());
-        Ok(())
+        if !values.iter().all(|value| value.is_finite()) {
+            return Err(StoreError::NotFinite);
+        }
+        let value = match values {
+            [single] => number_of(*single),
+            _ => Value::Array(values.iter().map(|value| number_of(*value)).collect()),
+        };
+        let name = format!("cyclic{cyclic_id}");
+        self.variables
+            .create(&name, value, cyclic_id, false)
+            .map_err(|_| StoreError::Taken(cyclic_id))
     }
 
     /// Sets a variable to as many numbers as it holds.
     ///
     /// # Errors
     ///
-    /// No such variable, or another number of values.
+    /// No such variable, another number of values, or a value that is not finite.
     pub fn set_variable(&mut self, cyclic_id: u16, values: &[f32]) -> Result<(), StoreError> {
-        let Some(variable) = self.variables.by_id.get_mut(&cyclic_id) else {
+        let Some(variable) = self.variables.get(cyclic_id) else {
             return Err(StoreError::NoVariable(cyclic_id));
         };
-        if variable.len() != values.len() {
-            let (expected, found) = (variable.len(), values.len());
+        let (expected, found) = (variable.len(), values.len());
+        if expected != found {
             return Err(StoreError::Size { expected, found });
         }
-        variable.copy_from_slice(values);
-        Ok(())
+        if self.variables.set_numbers(cyclic_id, values) {
+            Ok(())
+        } else {
+            Err(StoreError::NotFinite)
+        }
     }
 
     /// The variable's numbers.
@@ -150,7 +136,23 @@ impl VirtualRobot {
 
     /// Deletes a variable. Returns whether it was there.
     pub fn delete_variable(&mut self, cyclic_id: u16) -> bool {
-        self.variables.by_id.remove(&cyclic_id).is_some()
+        self.variables.delete_by_id(cyclic_id)
+    }
+
+    /// Every variable, for a caller who stores them.
+    #[must_use]
+    pub fn variables(&self) -> Vec<SavedVariable> {
+        self.variables.saved()
+    }
+
+    /// Creates a variable, or replaces it, as it was saved.
+    ///
+    /// # Errors
+    ///
+    /// Why the robot does not take it.
+    pub fn restore_variable(&mut self, saved: &SavedVariable) -> Result<(), String> {
+        let value = super::variables::read_value(&saved.value)?;
+        self.variables.create(&saved.name, value, saved.cyclic_id, true)
     }
 
     /// Saves an offline program under a number, in place of the one before. Whether its commands
@@ -170,7 +172,52 @@ impl VirtualRobot {
         if commands.len() > CAPACITY {
             return Err(StoreError::ProgramSize(commands.len()));
         }
-        self.programs.by_number.insert(number, commands);
+        self.programs.keep(number, commands.into_iter().map(ProgramLine::Command).collect());
         Ok(())
+    }
+
+    /// The programs' numbers and their lines of text, for a caller who stores them.
+    #[must_use]
+    pub fn programs(&self) -> Vec<(u16, Vec<String>)> {
+        let text = |line: &ProgramLine| match line {
+            ProgramLine::Command(command) => command_line(command),
+            ProgramLine::Text(text) => text.clone(),
+        };
+        let all = self.programs.by_number.iter();
+        all.map(|(number, lines)| (*number, lines.iter().map(text).collect())).collect()
+    }
+
+    /// Saves lines of text as an offline program, in place of the one before. Whether they make
+    /// sense shows when it is started.
+    ///
+    /// # Errors
+    ///
+    /// As for [`save_program`](Self::save_program).
+    pub fn restore_program(&mut self, number: u16, lines: Vec<String>) -> Result<(), StoreError> {
+        self.save_program(number, Vec::new())?;
+        if lines.len() > CAPACITY {
+            return Err(StoreError::ProgramSize(lines.len()));
+        }
+        self.programs.keep(number, lines.into_iter().map(ProgramLine::Text).collect());
+        Ok(())
+    }
+
+    /// A program's commands, with the values that variables have now.
+    ///
+    /// # Errors
+    ///
+    /// 3017 where there is none, 3020 for one with a line that a program cannot hold.
+    pub(super) fn program_commands(&self, number: u16) -> Result<Vec<MotionCommand>, Code> {
+        let lines = self.programs.by_number.get(&number).ok_or(Code::NO_OFFLINE_PROGRAM)?;
+        let command = |line: &ProgramLine| match line {
+            ProgramLine::Command(command) => Some(*command),
+            ProgramLine::Text(text) => self.command_of_line(text),
+        };
+        lines
+            .iter()
+            .map(command)
+            .map(|found| found.filter(Self::may_be_in_program))
+            .collect::<Option<Vec<_>>>()
+            .ok_or(Code::OFFLINE_PROGRAM_INVALID)
     }
 }

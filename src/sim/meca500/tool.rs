@@ -101,6 +101,20 @@ impl Tool {
         self.homed = false;
     }
 
+    /// The emulated tool, if one is.
+    pub(super) const fn emulated(&self) -> Option<FittedTool> {
+        self.emulated
+    }
+
+    /// SetExtToolSim: emulates this tool, or none. Another kind of tool was never homed.
+    pub(super) fn emulate_as(&mut self, emulated: Option<FittedTool>) {
+        let before = self.kind();
+        self.emulated = emulated;
+        if self.kind() != before {
+            self.homed = false;
+        }
+    }
+
     /// Whether it is a gripper.
     pub(super) fn is_gripper(&self) -> bool {
         self.kind().opening_mm().is_some()

@@ -3,6 +3,7 @@
 use core::fmt::{self, Write};
 
 use super::spec::TextCommandSpec;
+use crate::wire::meca500::code::Code;
 use crate::wire::meca500::command::{ArgumentCount, ArgumentError};
 
 /// A line that is not a command of the robot.
@@ -17,8 +18,7 @@ pub struct SyntaxError<'a> {
     pub reason: SyntaxErrorReason<'a>,
 }
 
-/// What is wrong with a line. Where the robot would answer with a code, it is 1001 for a name, 1002
-/// for a missing symbol and 1003 for an argument.
+/// What is wrong with a line; [`error_code`] tells how the robot answers it.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SyntaxErrorReason<'a> {
     /// The line does not begin with a name.
@@ -129,6 +129,30 @@ pub enum SyntaxErrorReason<'a> {
         /// Most characters.
         max_chars: u16,
     },
+}
+
+/// The error that the robot reports for a line: 1001 for a name that is no command's, 1002 for a
+/// symbol that is missing or too much, 1003 for the number of arguments and for what is wrong with
+/// one. An argument that is missing between two commas counts as an argument, not as a symbol.
+/// Source: PM Table 1; the last sentence: choice.
+#[must_use]
+pub const fn error_code(error: &SyntaxError<'_>) -> Code {
+    use SyntaxErrorReason as Reason;
+    match error.reason {
+        Reason::NoName { .. } | Reason::UnknownCommand { .. } => Code::UNKNOWN_COMMAND,
+        Reason::MissingOpeningParenthesis { .. }
+        | Reason::MissingClosingParenthesis { .. }
+        | Reason::MissingComma { .. }
+        | Reason::UnterminatedText
+        | Reason::TrailingText { .. } => Code::SYNTAX_ERROR,
+        Reason::EmptyArgument
+        | Reason::ArgumentCount { .. }
+        | Reason::NotANumber { .. }
+        | Reason::NotAReal { .. }
+        | Reason::OutOfRange(_)
+        | Reason::WholeOutOfRange { .. }
+        | Reason::TextTooLong { .. } => Code::ARGUMENT_ERROR,
+    }
 }
 
 impl<'a> SyntaxErrorReason<'a> {

@@ -18,24 +18,35 @@
 //! Invariants: no line makes the parser panic; a number that passed is finite and in the range of
 //! [`COMMANDS`](super::command::COMMANDS); an error's column is that of the offending text.
 //!
-//! Left out: the answers of the robot, which are codes (see [`code`](super::code)).
+//! The other direction is a [`Message`], `[code][values]`: an answer, or news that nobody asked for.
+//! What the codes mean is in [`code`](super::code).
 
 mod accessory;
+mod answers;
 mod control;
 mod data;
 mod error;
+mod format;
+mod message;
 mod motion;
 mod names;
 mod parse;
 mod program;
+mod quotes;
 mod real_time;
 mod spec;
 mod variable;
 mod work_zone;
 
-pub use error::{SyntaxError, SyntaxErrorReason};
-pub use parse::{Argument, Arguments, ParsedCommand, Value, parse_line};
+pub use answers::AllowedState;
+pub use error::{SyntaxError, SyntaxErrorReason, error_code};
+pub use format::CommandText;
+pub use message::{
+    Message, MessageError, MessageValue, MessageValues, MessageWriter, RobotNumber, write_message,
+};
+pub use parse::{Argument, Arguments, ParsedCommand, Value, parse_command, parse_line};
 pub use program::{ProgramError, ProgramErrorReason, Statement};
+pub use quotes::Elements;
 pub use spec::{
     Category, CyclicEquivalent, InputSection, MotionControlBit, RobotControlBit, TEXT_COMMANDS,
     TextArgumentKind, TextArgumentSpec, TextCommandSpec, Timing,

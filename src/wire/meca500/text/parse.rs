@@ -4,6 +4,7 @@
 
 use super::error::{SyntaxError, SyntaxErrorReason as Reason};
 use super::names;
+use super::quotes::{Elements, Quotes, find_outside, inside_brackets, open_quote, unquoted};
 use super::spec::{TextArgumentKind, TextArgumentSpec, TextCommandSpec};
 use crate::wire::meca500::command::{
     Allowed, ArgumentCount, ArgumentError, MotionCommandId, ValveAction,
@@ -56,6 +57,8 @@ pub enum Value<'a> {
         /// Whether `*` spreads an array over several arguments.
         unrolled: bool,
     },
+    /// An array, in brackets; its elements.
+    List(Elements<'a>),
     /// Anything else, without its quotation marks.
     Text(&'a str),
 }
@@ -72,6 +75,9 @@ impl<'a> Argument<'a> {
         }
         if let Some(name) = self.text.strip_prefix("vars.") {
             return Value::Variable { name, unrolled: false };
+        }
+        if let Some(list) = inside_brackets(self.text) {
+            return Value::List(Elements::of(list));
         }
         match real(self.text) {
             Some(number) if number.is_finite() => Value::Number(number),
@@ -92,10 +98,6 @@ fn real(text: &str) -> Option<f32> {
 fn is_lost_in_zero(text: &str, value: f32) -> bool {
     let digits = text.split(['e', 'E']).next().unwrap_or(text);
     value == 0.0 && digits.bytes().any(|byte| matches!(byte, b'1'..=b'9'))
-}
-
-fn unquoted(text: &str) -> &str {
-    text.strip_prefix('"').and_then(|text| text.strip_suffix('"')).unwrap_or(text)
 }
 
 /// The arguments of a [`ParsedCommand`] in order.
@@ -145,56 +147,15 @@ impl<'a> ParsedCommand<'a> {
     /// command are unknown and were not checked.
     #[must_use]
     pub fn variable(&self) -> Option<Argument<'a>> {
-        self.arguments().find(|argument| matches!(argument.value(), Value::Variable { .. }))
+        self.variables().next()
     }
-}
 
-/// Position of the first byte that `wanted` accepts outside quotation marks, brackets and braces.
-fn find_outside(text: &str, wanted: impl Fn(u8) -> bool) -> Option<usize> {
-    let mut quotes = Quotes::default();
-    let mut depth = 0_usize;
-    for (position, byte) in text.bytes().enumerate() {
-        if quotes.hold(position, byte) {
-            continue;
-        }
-        match byte {
-            byte if depth == 0 && wanted(byte) => return Some(position),
-            b'[' | b'{' => depth += 1,
-            b']' | b'}' => depth = depth.saturating_sub(1),
-            _ => {}
-        }
-    }
-    None
-}
-
-/// Position of a quotation mark without its counterpart.
-fn open_quote(text: &str) -> Option<usize> {
-    let mut quotes = Quotes::default();
-    for (position, byte) in text.bytes().enumerate() {
-        quotes.hold(position, byte);
-    }
-    quotes.open
-}
-
-/// Follows a text from quotation mark to quotation mark; a backslash takes the next mark along.
-#[derive(Default)]
-struct Quotes {
-    open: Option<usize>,
-    escaped: bool,
-}
-
-impl Quotes {
-    /// Whether this byte is a quotation mark or stands between two of them.
-    fn hold(&mut self, position: usize, byte: u8) -> bool {
-        match (self.open, byte) {
-            (None, b'"') => self.open = Some(position),
-            (None, _) => return false,
-            (Some(_), _) if self.escaped => self.escaped = false,
-            (Some(_), b'\\') => self.escaped = true,
-            (Some(_), b'"') => self.open = None,
-            (Some(_), _) => {}
-        }
-        true
+    /// The arguments that name robot variables, in order. A robot puts their values where the names
+    /// stand, at [`Argument::offset`], and reads the line again.
+    pub fn variables(&self) -> impl Iterator<Item = Argument<'a>> + use<'a> {
+        let is_variable =
+            |argument: &Argument<'a>| matches!(argument.value(), Value::Variable { .. });
+        self.arguments().filter(is_variable)
     }
 }
 
@@ -206,7 +167,7 @@ fn trim(piece: Piece<'_>) -> Piece<'_> {
 
 /// The line up to its comment: `//` or `#` outside quotation marks.
 fn without_comment(line: &str) -> &str {
-    let mut quotes = Quotes::default();
+    let mut quotes = Quotes::of_line();
     let mut previous = 0;
     for (position, byte) in line.bytes().enumerate() {
         let is_quoted = quotes.hold(position, byte);
@@ -240,7 +201,28 @@ pub fn parse_line(
     line: &str,
     revision: Revision,
 ) -> Result<Option<ParsedCommand<'_>>, SyntaxError<'_>> {
-    let whole = trim(Piece { text: without_comment(line), offset: 0 });
+    parse(line, without_comment(line), revision)
+}
+
+/// Reads one command as it comes over TCP: as [`parse_line`], but without comments, which the robot
+/// does not know. `None` for nothing but blanks. Source: PM L406.
+///
+/// # Errors
+///
+/// The first thing that is wrong with it; [`error_code`](super::error_code) has the robot's answer.
+pub fn parse_command(
+    line: &str,
+    revision: Revision,
+) -> Result<Option<ParsedCommand<'_>>, SyntaxError<'_>> {
+    parse(line, line, revision)
+}
+
+fn parse<'a>(
+    line: &'a str,
+    without_comment: &'a str,
+    revision: Revision,
+) -> Result<Option<ParsedCommand<'a>>, SyntaxError<'a>> {
+    let whole = trim(Piece { text: without_comment, offset: 0 });
     if whole.text.is_empty() {
         return Ok(None);
     }
@@ -364,7 +346,7 @@ impl<'a> ParsedCommand<'a> {
 
 /// The second of two words that a comma should part. Texts, lists and objects may hold blanks.
 fn second_word(argument: Argument<'_>) -> Option<Piece<'_>> {
-    if argument.text.starts_with(['"', '[', '{']) {
+    if argument.text.starts_with(['"', '\'', '[', '{']) {
         return None;
     }
     let (first, rest) = argument.text.split_once(char::is_whitespace)?;

@@ -1,0 +1,511 @@
+//! The two ports of one robot on sockets.
+//!
+//! Read [`TextPorts::serve`] first: one pass over everything that is ready, without waiting. The robot is
+//! handed in with each call, so that it may have other interfaces too.
+//!
+//! Connections that are sent away are kept for a moment ([`LEAVING_TIME`]) and read: a socket that is
+//! closed with unread bytes resets the connection, and the peer might never see why.
+//!
+//! A peer that vanished without a word is found by keep-alive packets of TCP: after [`KEEP_ALIVE`] of silence
+//! one is sent every [`KEEP_ALIVE`], and the connection breaks when [`KEEP_ALIVES_LOST`] are lost.
+//!
+//! Invariants: a pass ends, whatever arrives; sockets and bytes kept are bounded.
+
+use std::boxed::Box;
+use std::collections::VecDeque;
+use std::io::{self, ErrorKind, Read, Write};
+use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
+use std::vec;
+use std::vec::Vec;
+
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::io::Errno;
+use socket2::{Domain, Protocol, SockRef, Socket, TcpKeepalive, Type};
+
+use super::error::{BindError, Port};
+use crate::bus::text::server::{ANOTHER_USER, CloseReason, Peer, ServerSession, SessionCounts};
+use crate::bus::text::{CONTROL_PORT, MAX_COMMAND, MONITORING_PORT, OUTBOX};
+use crate::text_device::TextDevice;
+use crate::time::{Duration, Instant};
+
+/// Monitoring connections at once.
+///
+/// Source: choice. The manual allows several and names no number.
+pub const MONITORS: usize = 8;
+/// How long a connection that is sent away is kept.
+pub const LEAVING_TIME: Duration = Duration::from_secs(1);
+/// Connections on their way out; the oldest makes place for one more.
+const LEAVING: usize = 16;
+/// Silence after which a keep-alive packet is sent, and time between two.
+pub const KEEP_ALIVE: Duration = Duration::from_secs(1);
+/// Keep-alive packets that may be lost. Source: PM L3707.
+pub const KEEP_ALIVES_LOST: u32 = 3;
+/// How long nothing is accepted or bound after the system refused.
+const REST: Duration = Duration::from_millis(100);
+/// Connections that wait to be accepted.
+const WAITING: i32 = 256;
+/// Connections accepted, and reads from one connection, in one pass.
+const AT_ONCE: usize = 16;
+/// Events kept for a caller that does not ask.
+const EVENTS: usize = 256;
+const ROOM: usize = 16_384;
+
+type Session = ServerSession<MONITORS, MAX_COMMAND, OUTBOX>;
+
+/// Where the two ports are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Endpoints {
+    /// The control port; 10000 of a robot.
+    pub control: SocketAddr,
+    /// The monitoring port; 10001 of a robot.
+    pub monitoring: SocketAddr,
+}
+
+impl Endpoints {
+    /// Both ports of a robot at `address`.
+    #[must_use]
+    pub fn at(address: core::net::IpAddr) -> Self {
+        Self {
+            control: SocketAddr::new(address, CONTROL_PORT),
+            monitoring: SocketAddr::new(address, MONITORING_PORT),
+        }
+    }
+}
+
+/// What happened at the ports.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ServerEvent {
+    /// Somebody connected.
+    Connected {
+        /// As what.
+        peer: Peer,
+        /// From where.
+        from: SocketAddr,
+    },
+    /// A connection was sent away: the control is taken, or there are too many monitors.
+    SentAway {
+        /// At which port.
+        port: Port,
+        /// From where.
+        from: SocketAddr,
+    },
+    /// A connection ended.
+    Disconnected {
+        /// What it was.
+        peer: Peer,
+        /// Why, if it was this end that closed it.
+        reason: Option<CloseReason>,
+    },
+}
+
+/// What passed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PortCounts {
+    /// What the session counts.
+    pub session: SessionCounts,
+    /// Connections that were accepted, those sent away too.
+    pub accepted: u64,
+    /// Bytes received from controlling connections.
+    pub received: u64,
+    /// Bytes sent.
+    pub sent: u64,
+    /// Times that the system gave no connection or no port.
+    pub refused_by_system: u64,
+}
+
+/// A connection on its way out.
+#[derive(Debug)]
+struct Leaving {
+    stream: TcpStream,
+    until: Instant,
+}
+
+/// The two ports of a robot.
+pub struct TextPorts {
+    session: Box<Session>,
+    endpoints: Endpoints,
+    /// `None` while the robot's ports are closed.
+    listeners: Option<(TcpListener, TcpListener)>,
+    control: Option<TcpStream>,
+    monitors: [Option<TcpStream>; MONITORS],
+    leaving: VecDeque<Leaving>,
+    rests_until: Option<Instant>,
+    events: VecDeque<ServerEvent>,
+    counts: PortCounts,
+    room: Box<[u8]>,
+}
+
+impl core::fmt::Debug for TextPorts {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("TextPorts")
+            .field("endpoints", &self.endpoints)
+            .field("counts", &self.counts)
+            .finish_non_exhaustive()
+    }
+}
+
+fn listen(address: SocketAddr) -> io::Result<TcpListener> {
+    let socket = Socket::new(Domain::for_address(address), Type::STREAM, Some(Protocol::TCP))?;
+    socket.set_nonblocking(true)?;
+    // Connections of an earlier process that linger do not hold the port on Unix; on Windows this would
+    // let two processes share it.
+    #[cfg(unix)]
+    socket.set_reuse_address(true)?;
+    socket.bind(&address.into())?;
+    socket.listen(WAITING)?;
+    Ok(socket.into())
+}
+
+fn open(endpoints: Endpoints) -> Result<(TcpListener, TcpListener), BindError> {
+    let failed = |port, address| move |cause| BindError { port, address, cause };
+    let Endpoints { control, monitoring } = endpoints;
+    Ok((
+        listen(control).map_err(failed(Port::Control, control))?,
+        listen(monitoring).map_err(failed(Port::Monitoring, monitoring))?,
+    ))
+}
+
+/// Makes a fresh connection ready for passes.
+fn prepare(stream: &TcpStream) -> io::Result<()> {
+    stream.set_nonblocking(true)?;
+    stream.set_nodelay(true)?;
+    let socket = SockRef::from(stream);
+    let keep_alive = TcpKeepalive::new().with_time(KEEP_ALIVE).with_interval(KEEP_ALIVE);
+    #[cfg(not(windows))]
+    let keep_alive = keep_alive.with_retries(KEEP_ALIVES_LOST);
+    // Some systems keep these to themselves; a peer that vanished is then found later.
+    let _ = socket.set_tcp_keepalive(&keep_alive);
+    // The same for bytes that are under way and not acknowledged.
+    #[cfg(target_os = "linux")]
+    let _ = socket.set_tcp_user_timeout(Some(KEEP_ALIVE * (KEEP_ALIVES_LOST + 1)));
+    Ok(())
+}
+
+/// What a read or a write came to.
+enum Moved {
+    Bytes(usize),
+    NotNow,
+    Gone,
+}
+
+fn moved(result: io::Result<usize>) -> Moved {
+    match result {
+        Ok(0) => Moved::Gone,
+        Ok(count) => Moved::Bytes(count),
+        Err(error) if error.kind() == ErrorKind::WouldBlock => Moved::NotNow,
+        Err(error) if error.kind() == ErrorKind::Interrupted => Moved::NotNow,
+        Err(_) => Moved::Gone,
+    }
+}
+
+impl TextPorts {
+    /// Opens both ports. Port 0 takes a free one; [`endpoints`](Self::endpoints) tells which.
+    ///
+    /// # Errors
+    ///
+    /// [`BindError`].
+    pub fn bind(endpoints: Endpoints) -> Result<Self, BindError> {
+        let listeners = open(endpoints)?;
+        let real = |listener: &TcpListener, asked| listener.local_addr().unwrap_or(asked);
+        let endpoints = Endpoints {
+            control: real(&listeners.0, endpoints.control),
+            monitoring: real(&listeners.1, endpoints.monitoring),
+        };
+        Ok(Self {
+            session: Box::new(Session::new()),
+            endpoints,
+            listeners: Some(listeners),
+            control: None,
+            monitors: [const { None }; MONITORS],
+            leaving: VecDeque::with_capacity(LEAVING),
+            rests_until: None,
+            events: VecDeque::new(),
+            counts: PortCounts::default(),
+            room: vec![0; ROOM].into_boxed_slice(),
+        })
+    }
+
+    /// Where the ports are.
+    #[must_use]
+    pub const fn endpoints(&self) -> Endpoints {
+        self.endpoints
+    }
+
+    /// What passed so far.
+    #[must_use]
+    pub fn counts(&self) -> PortCounts {
+        PortCounts { session: self.session.counts(), ..self.counts }
+    }
+
+    /// Who is connected.
+    pub fn peers(&self) -> impl Iterator<Item = Peer> {
+        self.session.peers()
+    }
+
+    /// The next thing that happened. Those that nobody asks for are forgotten, the oldest first.
+    pub fn next_event(&mut self) -> Option<ServerEvent> {
+        self.events.pop_front()
+    }
+
+    fn tell(&mut self, event: ServerEvent) {
+        if self.events.len() >= EVENTS {
+            self.events.pop_front();
+        }
+        self.events.push_back(event);
+    }
+
+    /// One pass, without waiting: the robot lives until `now`, who knocks is let in or sent away, what arrived
+    /// goes to the robot and what it says is sent. To be called once a millisecond at least.
+    pub fn serve(&mut self, now: Instant, device: &mut dyn TextDevice) {
+        self.session.advance(now, device);
+        self.open_or_close(now, device);
+        self.accept(now, device);
+        self.read_all(now, device);
+        self.write_all(now, device);
+        self.close_ended(now, device);
+        self.see_off(now);
+    }
+
+    /// Waits until something is to be done for [`serve`](Self::serve), at most for `limit`. It may return early.
+    ///
+    /// # Errors
+    ///
+    /// The system refuses to wait.
+    pub fn wait(&self, limit: Duration) -> io::Result<()> {
+        let mut sockets: Vec<PollFd<'_>> = Vec::with_capacity(MONITORS + LEAVING + 3);
+        if let (Some((control, monitoring)), None) = (&self.listeners, self.rests_until) {
+            sockets.push(PollFd::new(control, PollFlags::IN));
+            sockets.push(PollFd::new(monitoring, PollFlags::IN));
+        }
+        for (peer, stream) in self.streams() {
+            let has_more = !self.session.waiting(peer).is_empty();
+            let flags = if has_more { PollFlags::IN | PollFlags::OUT } else { PollFlags::IN };
+            sockets.push(PollFd::new(stream, flags));
+        }
+        sockets.extend(self.leaving.iter().map(|one| PollFd::new(&one.stream, PollFlags::IN)));
+        // A second is longer than anybody waits at once.
+        let limit = limit.min(Duration::from_secs(1));
+        let limit = Timespec::try_from(limit).unwrap_or(Timespec { tv_sec: 1, tv_nsec: 0 });
+        match poll(&mut sockets, Some(&limit)) {
+            Ok(_) | Err(Errno::INTR) => Ok(()),
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    fn streams(&self) -> impl Iterator<Item = (Peer, &TcpStream)> {
+        let monitors = self.monitors.iter().enumerate();
+        let monitors =
+            monitors.filter_map(|(place, stream)| Some((Peer::Monitor(place), stream.as_ref()?)));
+        self.control.iter().map(|stream| (Peer::Control, stream)).chain(monitors)
+    }
+
+    fn stream_mut(&mut self, peer: Peer) -> Option<&mut TcpStream> {
+        match peer {
+            Peer::Control => self.control.as_mut(),
+            Peer::Monitor(place) => self.monitors.get_mut(place)?.as_mut(),
+        }
+    }
+
+    fn take_stream(&mut self, peer: Peer) -> Option<TcpStream> {
+        match peer {
+            Peer::Control => self.control.take(),
+            Peer::Monitor(place) => self.monitors.get_mut(place)?.take(),
+        }
+    }
+
+    /// Follows the robot into EtherCAT mode, where its ports are closed, and back.
+    fn open_or_close(&mut self, now: Instant, device: &mut dyn TextDevice) {
+        if self.rests_until.is_some_and(|until| now >= until) {
+            self.rests_until = None;
+        }
+        match (device.is_on_text(), &self.listeners) {
+            (false, Some(_)) => self.listeners = None,
+            (true, None) if self.rests_until.is_none() => match open(self.endpoints) {
+                Ok(listeners) => self.listeners = Some(listeners),
+                Err(_) => self.rest(now),
+            },
+            _ => {}
+        }
+    }
+
+    fn rest(&mut self, now: Instant) {
+        self.counts.refused_by_system += 1;
+        self.rests_until = Some(now + REST);
+    }
+
+    fn accept(&mut self, now: Instant, device: &mut dyn TextDevice) {
+        for port in [Port::Control, Port::Monitoring] {
+            for _ in 0..AT_ONCE {
+                if self.rests_until.is_some() {
+                    return;
+                }
+                let Some((control, monitoring)) = &self.listeners else { return };
+                let listener = if port == Port::Control { control } else { monitoring };
+                match listener.accept() {
+                    Ok((stream, from)) => self.let_in(now, device, port, stream, from),
+                    Err(error) if error.kind() == ErrorKind::WouldBlock => break,
+                    // Gone before it was accepted.
+                    Err(error) if error.kind() == ErrorKind::ConnectionAborted => {}
+                    Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                    Err(_) => self.rest(now),
+                }
+            }
+        }
+    }
+
+    fn let_in(
+        &mut self,
+        now: Instant,
+        device: &mut dyn TextDevice,
+        port: Port,
+        stream: TcpStream,
+        from: SocketAddr,
+    ) {
+        self.counts.accepted += 1;
+        if prepare(&stream).is_err() {
+            return;
+        }
+        let peer = match port {
+            Port::Control => self.session.accept_control(now, device).then_some(Peer::Control),
+            Port::Monitoring => self.session.accept_monitor(now, device),
+        };
+        match peer {
+            Some(Peer::Control) => self.control = Some(stream),
+            Some(Peer::Monitor(place)) => {
+                if let Some(slot) = self.monitors.get_mut(place) {
+                    *slot = Some(stream);
+                }
+            }
+            None => {
+                let farewell = if port == Port::Control { ANOTHER_USER } else { b"" };
+                self.dismiss(now, stream, farewell);
+                return self.tell(ServerEvent::SentAway { port, from });
+            }
+        }
+        if let Some(peer) = peer {
+            self.tell(ServerEvent::Connected { peer, from });
+        }
+    }
+
+    /// Says the last words and keeps the socket until the peer has closed too, or for a moment.
+    fn dismiss(&mut self, now: Instant, mut stream: TcpStream, farewell: &[u8]) {
+        // What does not fit into the system's buffers now is lost, as it must be.
+        let _ = stream.write(farewell);
+        let _ = stream.shutdown(Shutdown::Write);
+        if self.leaving.len() >= LEAVING {
+            self.leaving.pop_front();
+        }
+        self.leaving.push_back(Leaving { stream, until: now + LEAVING_TIME });
+    }
+
+    fn read_all(&mut self, now: Instant, device: &mut dyn TextDevice) {
+        let places = (0..MONITORS).map(Peer::Monitor);
+        for peer in core::iter::once(Peer::Control).chain(places) {
+            self.read(now, device, peer);
+        }
+    }
+
+    fn read(&mut self, now: Instant, device: &mut dyn TextDevice, peer: Peer) {
+        let mut room = core::mem::take(&mut self.room);
+        for _ in 0..AT_ONCE {
+            let Some(stream) = self.stream_mut(peer) else { break };
+            match moved(stream.read(&mut room)) {
+                Moved::Bytes(count) => {
+                    if peer == Peer::Control {
+                        self.counts.received += count as u64;
+                    }
+                    self.session.receive(now, device, peer, &room[..count]);
+                }
+                Moved::NotNow => break,
+                Moved::Gone => {
+                    self.gone(now, device, peer);
+                    break;
+                }
+            }
+            // The answers leave before more commands are read, so that a busy peer that reads is not
+            // taken for one that does not.
+            self.write(now, device, peer);
+        }
+        self.room = room;
+    }
+
+    fn write_all(&mut self, now: Instant, device: &mut dyn TextDevice) {
+        let places = (0..MONITORS).map(Peer::Monitor);
+        for peer in core::iter::once(Peer::Control).chain(places) {
+            self.write(now, device, peer);
+        }
+    }
+
+    fn write(&mut self, now: Instant, device: &mut dyn TextDevice, peer: Peer) {
+        let Self { session, control, monitors, counts, .. } = self;
+        let stream = match peer {
+            Peer::Control => control.as_mut(),
+            Peer::Monitor(place) => monitors.get_mut(place).and_then(Option::as_mut),
+        };
+        let Some(stream) = stream else { return };
+        let waiting = session.waiting(peer);
+        if waiting.is_empty() {
+            return;
+        }
+        match moved(stream.write(waiting)) {
+            Moved::Bytes(count) => {
+                counts.sent += count as u64;
+                session.sent(peer, count);
+            }
+            Moved::NotNow => {}
+            Moved::Gone => self.gone(now, device, peer),
+        }
+    }
+
+    /// The peer is gone.
+    fn gone(&mut self, now: Instant, device: &mut dyn TextDevice, peer: Peer) {
+        self.take_stream(peer);
+        self.session.closed(now, device, peer);
+        self.tell(ServerEvent::Disconnected { peer, reason: None });
+    }
+
+    /// Closes what the session wants closed.
+    fn close_ended(&mut self, now: Instant, device: &mut dyn TextDevice) {
+        // Each turn frees a seat, so there are no more turns than seats.
+        for _ in 0..=MONITORS {
+            let Some((peer, reason)) = self.session.next_to_close() else { break };
+            self.write(now, device, peer);
+            if let Some(stream) = self.take_stream(peer) {
+                self.dismiss(now, stream, b"");
+            }
+            self.session.closed(now, device, peer);
+            self.tell(ServerEvent::Disconnected { peer, reason: Some(reason) });
+        }
+    }
+
+    /// Reads what those on their way out still say, until they are gone or their time is over.
+    fn see_off(&mut self, now: Instant) {
+        let room = &mut self.room;
+        self.leaving.retain_mut(|one| {
+            let is_gone = matches!(moved(one.stream.read(room)), Moved::Gone);
+            !is_gone && now < one.until
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_peer_that_vanished_is_looked_for() {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let _peer = TcpStream::connect(listener.local_addr().unwrap()).unwrap();
+        let (stream, _) = listener.accept().unwrap();
+        prepare(&stream).unwrap();
+        let socket = SockRef::from(&stream);
+        assert!(socket.keepalive().unwrap() && socket.tcp_nodelay().unwrap());
+        #[cfg(target_os = "linux")]
+        {
+            assert_eq!(socket.tcp_keepalive_time().unwrap(), KEEP_ALIVE);
+            assert_eq!(socket.tcp_keepalive_interval().unwrap(), KEEP_ALIVE);
+            assert_eq!(socket.tcp_keepalive_retries().unwrap(), KEEP_ALIVES_LOST);
+            assert_eq!(socket.tcp_user_timeout().unwrap(), Some(Duration::from_secs(4)));
+        }
+    }
+}

@@ -1,0 +1,117 @@
+//! Both ports of a robot.
+
+use std::net::TcpStream;
+
+use crate::served::Served;
+use crate::text_support::ScriptedDevice;
+use fieldarm::bus::text::server::{CloseReason, Peer};
+use fieldarm::link::text::{Endpoints, MONITORS, Port, ServerEvent, TextPorts};
+use fieldarm::time::Duration;
+
+#[test]
+fn commands_are_answered_whatever_ends_them() {
+    let served = Served::start(ScriptedDevice::default());
+    let mut line = served.control();
+    line.send(b"\0");
+    line.send(b"Say(1)\0Say(2)\nSay(3)\r\nSa");
+    line.send(b"y(4)\0");
+    for number in 1..=4 {
+        assert_eq!(line.next(), format!("[2000][{number}]"));
+    }
+    assert_eq!(served.commands(), ["Say(1)", "Say(2)", "Say(3)", "Say(4)"]);
+}
+
+#[test]
+fn the_second_controller_is_told_and_sent_away() {
+    let served = Served::start(ScriptedDevice::default());
+    let mut first = served.control();
+    for _ in 0..3 {
+        let mut second = crate::served::Line::connect(served.endpoints.control);
+        // What it says in the meantime does not keep it from hearing why.
+        second.send(b"Say(stolen)\0");
+        assert!(second.next().starts_with("[3001][Another user"));
+        assert_eq!(second.try_next(), None);
+    }
+    first.send(b"Say(mine)\0");
+    assert_eq!(first.next(), "[2000][mine]");
+    served
+        .wait_for_event(|event| matches!(event, ServerEvent::SentAway { port: Port::Control, .. }));
+    assert_eq!(served.counts().session.refused, 3);
+    drop(first);
+    served.wait_for_event(|event| {
+        matches!(event, ServerEvent::Disconnected { peer: Peer::Control, reason: None })
+    });
+    served.control();
+    assert_eq!(served.commands(), ["Say(mine)"]);
+}
+
+#[test]
+fn monitors_hear_the_state_and_then_everything() {
+    let interval = Some(Duration::from_millis(2));
+    let served = Served::start(ScriptedDevice { interval, ..ScriptedDevice::default() });
+    let mut monitors: Vec<_> = (0..MONITORS).map(|_| served.monitor()).collect();
+    for monitor in &mut monitors {
+        assert_eq!(monitor.next(), "[2007][0,0,0,0,0,1,1]");
+        assert_eq!(monitor.next(), "[2095][m500]");
+        assert!(monitor.next().starts_with("[2230]["));
+    }
+    let mut one_more = served.monitor();
+    assert_eq!(one_more.try_next(), None);
+    let mut control = served.control();
+    control.send(b"Shout(news)\0");
+    for monitor in &mut monitors {
+        let heard = (0..1_000).any(|_| monitor.next() == "[2095][news]");
+        assert!(heard);
+    }
+}
+
+#[test]
+fn ports_close_and_open_with_the_robot() {
+    let served = Served::start(ScriptedDevice::default());
+    let mut control = served.control();
+    let mut monitor = served.monitor();
+    monitor.next();
+    monitor.next();
+    served.with(|server| server.device_mut().is_on_text = false);
+    assert_eq!(control.try_next(), None);
+    assert_eq!(monitor.try_next(), None);
+    served.wait_for_event(|event| {
+        let reason = Some(CloseReason::PortsClosed);
+        *event == ServerEvent::Disconnected { peer: Peer::Control, reason }
+    });
+    assert!(TcpStream::connect(served.endpoints.control).is_err());
+    assert!(TcpStream::connect(served.endpoints.monitoring).is_err());
+    served.with(|server| server.device_mut().is_on_text = true);
+    let open = (0..10_000).any(|_| {
+        std::thread::sleep(std::time::Duration::from_millis(1));
+        TcpStream::connect(served.endpoints.monitoring).is_ok()
+    });
+    assert!(open);
+    served.control();
+}
+
+#[test]
+fn the_robot_may_drop_its_controller() {
+    let served = Served::start(ScriptedDevice::default());
+    let mut control = served.control();
+    control.send(b"Say(last)\0Hang()\0Say(never)\0");
+    assert_eq!(control.next(), "[2000][last]");
+    assert_eq!(control.try_next(), None);
+    served.control();
+    assert_eq!(served.commands(), ["Say(last)", "Hang()"]);
+}
+
+#[test]
+fn a_port_that_is_taken_is_named() {
+    let served = Served::start(ScriptedDevice::default());
+    let free = "127.0.0.1:0".parse().unwrap();
+    let control = served.endpoints.control;
+    let error = TextPorts::bind(Endpoints { control, monitoring: free }).unwrap_err();
+    assert_eq!((error.port, error.address), (Port::Control, control));
+    assert!(
+        error.to_string().starts_with(&format!("the control port cannot be opened at {control}"))
+    );
+    let monitoring = served.endpoints.monitoring;
+    let error = TextPorts::bind(Endpoints { control: free, monitoring }).unwrap_err();
+    assert_eq!(error.port, Port::Monitoring);
+}
