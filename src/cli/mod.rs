@@ -26,6 +26,8 @@ mod sim;
 mod source;
 mod summary;
 mod table;
+#[cfg(target_os = "linux")]
+mod text;
 mod virtual_robot;
 mod watch;
 mod wording;

@@ -1,4 +1,5 @@
-//! `fieldarm sim`: virtual robots on a real bus; those on EtherNet/IP are in `enip/serve.rs`.
+//! `fieldarm sim`: virtual robots on a real bus; those on EtherNet/IP are in `enip/serve.rs`, the one at
+//! its TCP ports is in `text/serve.rs`.
 
 use core::net::Ipv4Addr;
 use std::io::Write;
@@ -12,6 +13,8 @@ use super::enip::serve::Served;
 use super::exit::{Exit, Failure};
 use super::order::OrderName;
 use super::run_program::{RevisionName, catch_interrupts};
+use super::text::place::Place;
+use super::text::serve::{self, TextFace};
 use super::virtual_robot::ToolName;
 use super::wording::counted;
 use crate::bus::ethercat::meca500::Meca500Settings;
@@ -20,7 +23,7 @@ use crate::link::ethercat::faulty_wire::{FaultPlan, FaultyWire, WireEnd, WireFau
 use crate::link::ethercat::raw_socket::{self, OpenError, RawSocket};
 use crate::link::ethercat::serve::{Change, Server, Standing};
 use crate::link::ethercat::wire::Wire;
-use crate::sim::meca500::{CyclicBus, RobotSettings, VirtualRobot};
+use crate::sim::meca500::{CyclicBus, FieldbusMode, NetworkSettings, RobotSettings, VirtualRobot};
 use crate::time::{Duration, Instant};
 use crate::wire::meca500::adapter::MIN_RPI_US;
 use crate::wire::meca500::image::FirmwareLayout;
@@ -49,6 +52,10 @@ Exit codes:
 /// own, from ListIdentity to class 1 frames. Nothing but the address is needed; on Linux every address of
 /// 127.0.0.0/8 is there for tests on one machine. Standard error says who connects, and how it ends.
 ///
+/// With --tcp, one robot answers on its control port 10000 and its monitoring port 10001 to whoever speaks
+/// its text commands, the vendor's Python package among them. With --enip beside it, the same robot is on
+/// both: whoever controls it over one is alone in that until the connection ends, others may watch.
+///
 /// With --ethercat, any EtherCAT main device can bring them to OP: they answer as robots of their own, each with its
 /// ESC, mailbox and process data. The first robot is the one next to the main device. Standard error
 /// says what is served and each change of a robot's state. That
@@ -56,14 +63,20 @@ Exit codes:
 /// machine, a pair of virtual interfaces (`ip link add ecat0 type veth peer name ecat1`) does.
 #[derive(Args, Debug)]
 #[command(after_help = EXIT_CODES, after_long_help = EXIT_CODES)]
-#[command(group(ArgGroup::new("bus").required(true).args(["ethercat", "enip"])))]
+#[command(group(ArgGroup::new("bus").required(true).multiple(true).args(["ethercat", "enip", "tcp"])))]
 pub(super) struct SimArgs {
     /// Network interface to serve on; nothing else should use it.
-    #[arg(long, value_name = "IFACE")]
+    #[arg(long, value_name = "IFACE", conflicts_with_all = ["enip", "tcp"])]
     ethercat: Option<String>,
     /// Address of this machine to serve at; further robots stand at the addresses behind it.
     #[arg(long, value_name = "ADDR")]
     enip: Option<Ipv4Addr>,
+    /// Address of this machine with the robot's control port, 10000 unless it is given as ADDR:PORT.
+    #[arg(long, value_name = "ADDR")]
+    tcp: Option<Place>,
+    /// Address of its monitoring port; that of --tcp and 10001 without it.
+    #[arg(long, value_name = "ADDR", requires = "tcp")]
+    monitor: Option<Place>,
     /// Number of robots in a row.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=64))]
     robots: u16,
@@ -81,30 +94,30 @@ pub(super) struct SimArgs {
     layout: LayoutName,
     /// EtherNet/IP: shortest interval of frames that the robots accept, in ms, 0.1 to 1000; 10 without it,
     /// as a real one has it.
-    #[arg(long, value_name = "MS", value_parser = parse_min_rpi, conflicts_with = "ethercat")]
+    #[arg(long, value_name = "MS", value_parser = parse_min_rpi, conflicts_with = "ethercat", requires = "enip")]
     min_rpi_ms: Option<Duration>,
     /// EtherNet/IP: nobody may control the robots, as after EnableEtherNetIp(2).
-    #[arg(long, conflicts_with = "ethercat")]
+    #[arg(long, conflicts_with = "ethercat", requires = "enip")]
     monitoring_only: bool,
     /// EtherCAT: leave a PDO unassigned at power-up, e.g. 1A08; a real robot was seen without that one.
-    #[arg(long, value_name = "PDO", value_delimiter = ',', value_parser = parse_pdo, conflicts_with = "enip")]
+    #[arg(long, value_name = "PDO", value_delimiter = ',', value_parser = parse_pdo, conflicts_with_all = ["enip", "tcp"])]
     unassigned: Vec<u16>,
     /// EtherCAT: refuse SAFE-OP until the main device has written the PDO assignment, as users report.
-    #[arg(long, conflicts_with = "enip")]
+    #[arg(long, conflicts_with_all = ["enip", "tcp"])]
     demand_assignment: bool,
     /// EtherCAT: robots without distributed clocks.
-    #[arg(long, conflicts_with = "enip")]
+    #[arg(long, conflicts_with_all = ["enip", "tcp"])]
     no_dc: bool,
     /// EtherCAT: list the PDOs in the SII too, which real robots do not.
-    #[arg(long, conflicts_with = "enip")]
+    #[arg(long, conflicts_with_all = ["enip", "tcp"])]
     sii_pdos: bool,
     /// EtherCAT: alias addresses, one for each robot from the first on.
-    #[arg(long, value_name = "ALIAS", value_delimiter = ',', conflicts_with = "enip")]
+    #[arg(long, value_name = "ALIAS", value_delimiter = ',', conflicts_with_all = ["enip", "tcp"])]
     alias: Vec<u16>,
     /// EtherCAT: a fault of the wire, its chance for each frame in 1/1000, and a seed: drop, duplicate, delay,
     /// reorder, truncate, corrupt, link-down, power-cycle, or all. May be given several times; the
     /// last seed counts.
-    #[arg(long, value_name = "KIND[:PER_MILLE[:SEED]]", value_delimiter = ',', value_parser = parse_fault, conflicts_with = "enip")]
+    #[arg(long, value_name = "KIND[:PER_MILLE[:SEED]]", value_delimiter = ',', value_parser = parse_fault, conflicts_with_all = ["enip", "tcp"])]
     fault: Vec<FaultArg>,
     /// Cut the power of all robots once, this many seconds after the beginning.
     #[arg(long, value_name = "SECONDS", value_parser = clap::value_parser!(u64).range(1..))]
@@ -333,20 +346,44 @@ impl Power {
 
 /// Serves until interrupted.
 pub(super) fn run(args: &SimArgs) -> Result<Exit, Failure> {
-    match (&args.ethercat, args.enip) {
-        (Some(interface), None) => run_ethercat(args, interface),
-        (None, Some(first)) => Served {
+    if let Some(interface) = &args.ethercat {
+        return run_ethercat(args, interface);
+    }
+    let teller = Teller { quiet: args.quiet };
+    let power_cycle_after = args.power_cycle_after.map(Duration::from_secs);
+    let text = text_face(args, teller)?;
+    match (args.enip, text) {
+        (None, Some(text)) => serve::run(
+            text,
+            RobotSettings { serial_number: FIRST_SERIAL, ..robot_settings(args) },
+            power_cycle_after,
+            teller,
+        ),
+        (Some(first), text) => Served {
             first,
             count: args.robots,
             robot: robot_settings(args),
             min_rpi: args.min_rpi_ms.unwrap_or(Duration::from_micros(MIN_RPI_US.into())),
             monitoring_only: args.monitoring_only,
-            power_cycle_after: args.power_cycle_after.map(Duration::from_secs),
-            teller: Teller { quiet: args.quiet },
+            power_cycle_after,
+            text,
+            teller,
         }
         .run(),
-        _ => Err(Failure::usage("give either --ethercat IFACE or --enip ADDR")),
+        (None, None) => Err(Failure::usage("give --ethercat IFACE, --enip ADDR or --tcp ADDR")),
     }
+}
+
+/// The TCP ports, if they are asked for.
+fn text_face(args: &SimArgs, teller: Teller) -> Result<Option<TextFace>, Failure> {
+    let Some(control) = args.tcp else { return Ok(None) };
+    if args.robots > 1 {
+        return Err(Failure::usage(format!(
+            "--tcp serves one robot, not {}; start a process for each, at addresses of their own",
+            args.robots
+        )));
+    }
+    TextFace::open(control, args.monitor, teller).map(Some)
 }
 
 /// What all robots are like.
@@ -356,6 +393,15 @@ fn robot_settings(args: &SimArgs) -> RobotSettings {
         byte_order: args.byte_order.into(),
         layout: args.layout.into(),
         tool: args.tool.into(),
+        network: NetworkSettings {
+            // Whoever serves it has enabled it before.
+            ethernet_ip: match args.enip {
+                None => FieldbusMode::Disabled,
+                Some(_) if args.monitoring_only => FieldbusMode::MonitoringOnly,
+                Some(_) => FieldbusMode::Enabled,
+            },
+            ..NetworkSettings::default()
+        },
         ..RobotSettings::default()
     }
 }

@@ -1,4 +1,4 @@
-//! `fieldarm sim --enip`: virtual robots as EtherNet/IP adapters.
+//! `fieldarm sim --enip`: virtual robots as EtherNet/IP adapters, a single one with its TCP ports beside.
 
 use core::net::Ipv4Addr;
 use std::prelude::v1::*;
@@ -9,6 +9,7 @@ use super::words;
 use crate::cli::exit::{Exit, Failure};
 use crate::cli::run_program::catch_interrupts;
 use crate::cli::sim::{Power, Teller};
+use crate::cli::text::serve::TextFace;
 use crate::cli::wording::counted;
 use crate::link::enip::serve::{BindError, Ports, Server};
 use crate::link::enip::served::ServedRobot;
@@ -26,6 +27,8 @@ pub(in crate::cli) struct Served {
     pub(in crate::cli) min_rpi: Duration,
     pub(in crate::cli) monitoring_only: bool,
     pub(in crate::cli) power_cycle_after: Option<Duration>,
+    /// The TCP ports of the first robot.
+    pub(in crate::cli) text: Option<TextFace>,
     pub(in crate::cli) teller: Teller,
 }
 
@@ -68,21 +71,26 @@ impl Served {
             ),
         };
         let access = if *monitoring_only { ", for monitoring only" } else { "" };
+        let text = match &self.text {
+            Some(text) => format!("; and on {}", text.whereabouts()),
+            None => String::new(),
+        };
         format!(
             "serving {count} virtual Meca500 on EtherNet/IP at {at} (TCP and UDP {MESSAGE_PORT}, UDP \
-             {IO_PORT}): byte order {}, frames every {} or less often{access}; Ctrl-C ends it",
+             {IO_PORT}): byte order {}, frames every {} or less often{access}{text}; Ctrl-C ends it",
             robot.byte_order,
             words::ms(*min_rpi)
         )
     }
 
     /// Serves until interrupted.
-    pub(in crate::cli) fn run(&self) -> Result<Exit, Failure> {
+    pub(in crate::cli) fn run(mut self) -> Result<Exit, Failure> {
         let mut server = self.server()?;
         let interrupted = catch_interrupts()?;
         let teller = self.teller;
         let mut power = Power::cut_at(self.power_cycle_after.map(|after| server.now() + after));
-        let label = |robot: usize| match self.count {
+        let count = self.count;
+        let label = |robot: usize| match count {
             1 => String::new(),
             _ => format!("robot {}: ", robot + 1),
         };
@@ -109,6 +117,9 @@ impl Served {
                 }
             }
             let now = server.now();
+            if let (Some(text), Some(served)) = (&mut self.text, server.robots_mut().next()) {
+                text.serve_beside(now, served);
+            }
             let devices = server.robots_mut().map(|robot| robot.device_mut());
             power.supply(now, false, devices, teller);
         }
@@ -119,6 +130,9 @@ impl Served {
             counts.sent,
             counts.unsent
         ));
+        if let Some(text) = &self.text {
+            teller.say(text.totals());
+        }
         Ok(Exit::Done)
     }
 }
