@@ -2,5 +2,6 @@
 //!
 //! Nothing here opens a socket or reads a clock; `link` does that on top.
 
+pub mod enip;
 pub mod ethercat;
 pub mod text;

@@ -89,6 +89,11 @@ pub(super) struct ReplyLimit {
 }
 
 impl ReplyLimit {
+    /// Whether it was said.
+    pub(super) const fn is_given(&self) -> bool {
+        self.reply_limit_us.is_some()
+    }
+
     /// What was said, or what fits this cycle.
     pub(super) fn of(&self, cycle: Duration) -> Duration {
         let patient = SegmentSettings::with_cycle(cycle).reply_limit.max(PATIENCE);

@@ -3,11 +3,12 @@
 use core::fmt;
 use std::prelude::v1::*;
 
+use super::enip::link_name::{EnipName, EnipOptions, split_query};
 use super::order::OrderName;
 use crate::link::ethercat::RobotAddress;
 
 /// What `--link` takes, for messages about what it does not.
-const CHOICES: &str = "sim, ethercat-sim and ethercat:IFACE[:POSITION]";
+const CHOICES: &str = "sim, ethercat-sim, ethercat:IFACE[:POSITION], enip-sim and enip:ADDR";
 /// Longest name of a network interface on Linux, in bytes.
 const LONGEST_INTERFACE: usize = 15;
 
@@ -25,6 +26,15 @@ pub(super) enum LinkChoice {
         /// Which subdevice of the segment; `None` means the first robots there are.
         position: Option<RobotAddress>,
     },
+    /// Virtual robots in this process, behind the whole EtherNet/IP stack.
+    EnipSim {
+        /// How they are connected to.
+        options: EnipOptions,
+        /// The name as it was given.
+        text: String,
+    },
+    /// Robots on EtherNet/IP.
+    Enip(EnipName),
 }
 
 impl LinkChoice {
@@ -34,17 +44,25 @@ impl LinkChoice {
             Some((name, rest)) => (name, Some(rest)),
             None => (text, None),
         };
+        if let Some(rest) = text.strip_prefix("enip:") {
+            return EnipName::parse(rest).map(Self::Enip);
+        }
+        if let ("enip-sim", query) = split_query(text) {
+            let options = EnipOptions::parse_in_memory(query)?;
+            return Ok(Self::EnipSim { options, text: text.into() });
+        }
         match (name, rest) {
             ("sim", None) => Ok(Self::Sim),
             ("ethercat-sim", None) => Ok(Self::EthercatSim),
-            ("sim" | "ethercat-sim", Some(_)) => {
+            ("sim" | "ethercat-sim" | "enip-sim", Some(_)) => {
                 Err(format!("{name} has its robots in this process; nothing may follow the name"))
             }
             ("ethercat", rest) => Self::parse_ethercat(rest.unwrap_or_default()),
-            ("enip" | "profinet" | "tcp", _) => {
+            ("enip", _) => EnipName::parse("").map(Self::Enip),
+            ("profinet" | "tcp", _) => {
                 Err(format!("{name} is coming in a later version; for now there are {CHOICES}"))
             }
-            _ => Err(format!("for now there are {CHOICES}; enip, profinet and tcp are coming")),
+            _ => Err(format!("for now there are {CHOICES}; profinet and tcp are coming")),
         }
     }
 
@@ -71,7 +89,7 @@ impl LinkChoice {
 
     /// Whether the robots are virtual ones in this process, whose time may be simulated.
     pub(super) const fn is_in_process(&self) -> bool {
-        matches!(self, Self::Sim | Self::EthercatSim)
+        matches!(self, Self::Sim | Self::EthercatSim | Self::EnipSim { .. })
     }
 
     /// The order that virtual robots speak behind this link unless they are told another.
@@ -80,6 +98,16 @@ impl LinkChoice {
             Self::Sim => OrderName::Big,
             // As seen on a real robot; the manual says big.
             Self::EthercatSim | Self::Ethercat { .. } => OrderName::Little,
+            // What the vendor's PLC projects for this bus point to.
+            Self::EnipSim { .. } | Self::Enip(_) => OrderName::Little,
+        }
+    }
+
+    /// How connections shall be, where the link is EtherNet/IP: there the robot decides the period.
+    pub(super) const fn enip_options(&self) -> Option<&EnipOptions> {
+        match self {
+            Self::EnipSim { options, .. } | Self::Enip(EnipName { options, .. }) => Some(options),
+            Self::Sim | Self::EthercatSim | Self::Ethercat { .. } => None,
         }
     }
 }
@@ -116,6 +144,8 @@ impl fmt::Display for LinkChoice {
                     write!(f, "ethercat:{interface}:alias={alias}")
                 }
             },
+            Self::EnipSim { text, .. } => f.write_str(text),
+            Self::Enip(name) => name.fmt(f),
         }
     }
 }
@@ -139,16 +169,27 @@ mod tests {
             assert_eq!(LinkChoice::parse(text), Ok(choice.clone()), "{text}");
             assert_eq!(choice.to_string(), text);
         }
+        for text in ["enip-sim", "enip-sim?rpi_ms=2", "enip:127.0.0.1-4?t2o=multicast"] {
+            let choice = LinkChoice::parse(text).expect(text);
+            assert!(choice.enip_options().is_some(), "{text}");
+            assert_eq!(choice.to_string(), text);
+        }
     }
 
     #[test]
     fn virtual_robots_speak_as_robots_on_that_link_do() {
-        for (text, order) in [("sim", OrderName::Big), ("ethercat-sim", OrderName::Little)] {
+        for (text, order) in [
+            ("sim", OrderName::Big),
+            ("ethercat-sim", OrderName::Little),
+            ("enip-sim", OrderName::Little),
+        ] {
             let link = LinkChoice::parse(text).expect(text);
             assert_eq!(link.sim_byte_order(), order, "{text}");
             assert!(link.is_in_process(), "{text}");
         }
-        assert!(!LinkChoice::parse("ethercat:eth0").is_ok_and(|link| link.is_in_process()));
+        for text in ["ethercat:eth0", "enip:127.0.0.1"] {
+            assert!(!LinkChoice::parse(text).is_ok_and(|link| link.is_in_process()), "{text}");
+        }
     }
 
     #[test]
@@ -170,9 +211,17 @@ mod tests {
             ("ethercat:abcdefghijklmnop", "1 to 15 bytes"),
             ("sim:0", "sim has its robots in this process"),
             ("ethercat-sim:eth0", "ethercat-sim has its robots in this process"),
-            ("enip", "enip is coming in a later version; for now there are sim, ethercat-sim"),
+            ("enip", "enip needs the address of a robot, as in enip:192.168.0.100"),
+            ("enip:", "enip needs the address of a robot"),
+            ("enip?rpi_ms=10", "for now there are sim"),
+            ("enip:arm?rpi=10", "`rpi` is no option of this link; there are rpi_ms, multiplier"),
+            ("enip-sim:arm", "enip-sim has its robots in this process"),
+            ("enip-sim?bind=1.2.3.4", "enip-sim has no sockets, so `bind` means nothing"),
             ("profinet:eth0", "profinet is coming"),
-            ("usb", "for now there are sim, ethercat-sim and ethercat:IFACE[:POSITION]"),
+            (
+                "usb",
+                "for now there are sim, ethercat-sim, ethercat:IFACE[:POSITION], enip-sim and enip:ADDR",
+            ),
             ("", "for now there are sim"),
         ];
         for (text, message) in cases {

@@ -7,6 +7,7 @@
 mod decode;
 #[cfg(target_os = "linux")]
 mod emulated_robot;
+mod enip;
 mod ethercat_options;
 mod exit;
 mod grid;
@@ -25,6 +26,8 @@ mod sim;
 mod source;
 mod summary;
 mod table;
+#[cfg(target_os = "linux")]
+mod text;
 mod virtual_robot;
 mod watch;
 mod wording;

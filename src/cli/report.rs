@@ -3,9 +3,13 @@
 //! The file is one [`Report`]; the names of the fields are the names in the file. The meaning of a
 //! field changes only together with [`SCHEMA_VERSION`]; new fields may appear at any time.
 
+mod enip;
+
 use std::prelude::v1::*;
 
 use serde::Serialize;
+
+pub use enip::{ReportedCounters, ReportedEnip};
 
 use crate::link::ethercat::{FrameCounters, SegmentStatistics};
 use crate::run::outcome::{End, Outcome, Stop};
@@ -46,6 +50,8 @@ pub struct Report {
     pub cycles: ReportedCycles,
     /// What the frames were like; without a bus there are none.
     pub bus: Option<ReportedBus>,
+    /// The robot's connection on EtherNet/IP; on another link there is none.
+    pub enip: Option<ReportedEnip>,
     /// Path length of the tool in mm, homing included; `null` where the inputs made no sense.
     pub distance_mm: Option<f64>,
     /// Time that passed on the robot's clock, in seconds; `null` where the inputs made no sense.
@@ -245,6 +251,7 @@ pub(super) struct Sources<'a> {
     pub(super) statistics: &'a CycleStatistics,
     pub(super) port: &'a Port,
     pub(super) bus: Option<ReportedBus>,
+    pub(super) enip: Option<ReportedEnip>,
     pub(super) recording: &'a Recording,
     pub(super) wall_time_s: f64,
 }
@@ -306,6 +313,7 @@ impl Report {
                 engine_us: quantiles(of_robot.controller_ns.quantiles(), 1e-3),
             },
             bus: sources.bus,
+            enip: sources.enip.clone(),
             distance_mm: makes_sense.then(|| recording.distance_mm()),
             robot_time_s: makes_sense.then(|| recording.robot_time_us() as f64 * 1e-6),
             wall_time_s: sources.wall_time_s,

@@ -9,6 +9,7 @@ use std::thread;
 
 use clap::{Args, ValueEnum};
 
+use super::enip::words;
 use super::ethercat_options::EthercatOptions;
 use super::exit::{Exit, Failure};
 use super::grid::print;
@@ -18,6 +19,7 @@ use super::report::{Report, ReportedBus, Settings, Sources};
 use super::segment::{Opening, Segment, open_segment};
 use super::source::{self, Source};
 use super::watch::{self, Watcher};
+use super::wording::counted;
 use super::{report_files, summary, virtual_robot, wording};
 use crate::engine::meca500::{ByteOrderSetting, CheckpointPolicy, CheckpointRange, Config, Engine};
 use crate::link::clock::MonotonicClock;
@@ -36,6 +38,8 @@ use crate::wire::order::ByteOrder;
 
 /// Commands the engine holds beyond those the robot has taken.
 const QUEUE: usize = 64;
+/// Period of the bus cycle where nobody says another, in microseconds.
+const CYCLE_US: u64 = 1_000;
 /// Checkpoint numbers set aside for following single commands, if the program leaves so many free.
 const OWN_CHECKPOINTS: [u16; 4] = [1_000, 500, 100, 20];
 /// Cycles between two looks at the progress when time is simulated.
@@ -73,15 +77,21 @@ pub(super) struct RunArgs {
     programs: Vec<PathBuf>,
     /// How the robots are reached: sim, virtual robots in this process; ethercat-sim, the same behind
     /// the whole EtherCAT stack; ethercat:IFACE, the first robots on the segment of a network
-    /// interface; ethercat:IFACE:POSITION, the one at that position, from 0.
+    /// interface; ethercat:IFACE:POSITION, the one at that position, from 0; enip-sim, virtual robots
+    /// behind the whole EtherNet/IP stack; enip:ADDR, the robot at an IPv4 address or host name;
+    /// enip:ADDR,ADDR and enip:192.168.0.101-104, several. Behind enip-sim and enip:ADDR may stand
+    /// ?KEY=VALUE&... with rpi_ms (10), multiplier (16), t2o (unicast or multicast), config (151, a number
+    /// or none), key (none, wildcard or exact), and behind enip:ADDR also bind (a local IPv4 address) and
+    /// io_port (2222, 0 for any).
     #[arg(long, default_value = "sim", value_parser = LinkChoice::parse)]
     link: LinkChoice,
-    /// Robots on the segment: 1 to 16.
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=16))]
-    robots: u8,
-    /// Period of the bus cycle, in microseconds: 100 to 100000.
-    #[arg(long, default_value_t = 1_000, value_parser = clap::value_parser!(u64).range(100..=100_000))]
-    cycle_us: u64,
+    /// Robots on the segment: 1 to 16; 1 without it. Of --link enip:ADDR,ADDR each address is one.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=16))]
+    robots: Option<u8>,
+    /// Period of the bus cycle, in microseconds: 100 to 100000; 1000 without it. On EtherNet/IP the robot
+    /// decides, after ?rpi_ms= asked.
+    #[arg(long, value_parser = clap::value_parser!(u64).range(100..=100_000))]
+    cycle_us: Option<u64>,
     /// Byte order of the images; auto decides from what each robot sends.
     #[arg(long, value_enum, default_value_t = OrderSetting::Auto)]
     byte_order: OrderSetting,
@@ -150,7 +160,24 @@ impl From<RevisionName> for Revision {
 impl RunArgs {
     /// Refuses what fits no run, as far as the arguments alone tell.
     fn check(&self) -> Result<(), Failure> {
-        let (programs, robots) = (self.programs.len(), usize::from(self.robots));
+        if let (LinkChoice::Enip(name), Some(robots)) = (&self.link, self.robots)
+            && name.hosts.len() != usize::from(robots)
+        {
+            return Err(Failure::usage(format!(
+                "--link {} names {}, --robots {robots} wants another number: name one address for each \
+                 robot, as in enip:ADDR,ADDR or enip:192.168.0.101-104, and leave --robots away",
+                self.link,
+                counted(name.hosts.len(), "robot")
+            )));
+        }
+        if let (Some(options), Some(cycle_us)) = (self.link.enip_options(), self.cycle_us) {
+            return Err(Failure::usage(format!(
+                "--cycle-us {cycle_us}: on EtherNet/IP the robot decides the period of the run; ask for one \
+                 with ?rpi_ms= behind --link (asked for now: {})",
+                words::ms(options.rpi)
+            )));
+        }
+        let (programs, robots) = (self.programs.len(), self.robots());
         if programs != 1 && programs != robots {
             let noun = if robots == 1 { "robot" } else { "robots" };
             return Err(Failure::usage(format!(
@@ -167,10 +194,14 @@ impl RunArgs {
                 self.link
             )));
         }
-        self.ethercat.check(self.cycle_us).map_err(Failure::usage)?;
-        if let (LinkChoice::Sim, Some(option)) = (&self.link, self.ethercat.given()) {
+        self.ethercat.check(micros(self.cycle())).map_err(Failure::usage)?;
+        let is_ethercat =
+            matches!(self.link, LinkChoice::EthercatSim | LinkChoice::Ethercat { .. });
+        if let (false, Some(option)) = (is_ethercat, self.ethercat.given()) {
+            let what = if let LinkChoice::Sim = self.link { "no bus" } else { "another bus" };
             return Err(Failure::usage(format!(
-                "{option} is about EtherCAT, and --link sim has no bus: --link ethercat-sim has"
+                "{option} is about EtherCAT, and --link {} has {what}: --link ethercat-sim has it",
+                self.link
             )));
         }
         if self.link.is_in_process() {
@@ -179,8 +210,9 @@ impl RunArgs {
         if self.fast {
             return Err(Failure::usage(format!(
                 "--fast needs simulated time, and the robots of --link {} live in real time: leave \
-                 --fast away, or use --link ethercat-sim",
-                self.link
+                 --fast away, or use --link {}",
+                self.link,
+                if self.link.enip_options().is_some() { "enip-sim" } else { "ethercat-sim" }
             )));
         }
         match self.sim.given() {
@@ -192,9 +224,28 @@ impl RunArgs {
         }
     }
 
+    /// How many robots there are.
+    fn robots(&self) -> usize {
+        match (&self.link, self.robots) {
+            (LinkChoice::Enip(name), None) => name.hosts.len(),
+            (_, robots) => usize::from(robots.unwrap_or(1)),
+        }
+    }
+
+    /// Period of the bus cycle to ask for.
+    fn cycle(&self) -> Duration {
+        match self.link.enip_options() {
+            Some(options) => options.rpi,
+            None => Duration::from_micros(self.cycle_us.unwrap_or(CYCLE_US)),
+        }
+    }
+
     /// Cycles between two looks at the progress.
-    const fn progress_cycles(&self) -> u64 {
-        if self.fast { SIMULATED_PROGRESS_CYCLES } else { REAL_PROGRESS_US / self.cycle_us }
+    fn progress_cycles(&self, cycle: Duration) -> u64 {
+        match self.fast {
+            true => SIMULATED_PROGRESS_CYCLES,
+            false => REAL_PROGRESS_US / micros(cycle).max(1),
+        }
     }
 
     fn pace(&self) -> AnyPace {
@@ -209,17 +260,17 @@ impl RunArgs {
     fn report_directories(&self) -> Vec<Option<PathBuf>> {
         let directory = |number| {
             let directory = self.report.as_ref()?;
-            Some(match self.robots {
+            Some(match self.robots() {
                 1 => directory.clone(),
                 _ => directory.join(format!("robot-{number}")),
             })
         };
-        (1..=self.robots).map(directory).collect()
+        (1..=self.robots()).map(directory).collect()
     }
 
     /// What messages and plots call a robot: its program, and its number where there are several.
     fn title(&self, number: usize, source: &Source) -> String {
-        match self.robots {
+        match self.robots() {
             1 => source.name.clone(),
             _ => format!("robot {number}: {}", source.name),
         }
@@ -238,10 +289,15 @@ struct Robot<'p> {
 }
 
 impl<'p> Robot<'p> {
-    fn new(source: &'p Source, args: &RunArgs, layout: FirmwareLayout) -> Result<Self, Failure> {
+    fn new(
+        source: &'p Source,
+        args: &RunArgs,
+        period: Duration,
+        layout: FirmwareLayout,
+    ) -> Result<Self, Failure> {
         Ok(Self {
             source,
-            engine: Engine::new(Config { layout, ..config(args, &source.program)? }),
+            engine: Engine::new(Config { layout, ..config(args, period, &source.program)? }),
             runner: Runner::new(&source.program),
             recording: Recording::new(),
         })
@@ -254,28 +310,29 @@ pub(super) fn run(args: &RunArgs) -> Result<Exit, Failure> {
     let sources = source::read_all(&args.programs, args.revision.into(), fewest_checkpoints)?;
     let directories = args.report_directories();
     directories.iter().flatten().try_for_each(|directory| report_files::prepare(directory))?;
-    let count = usize::from(args.robots);
+    let count = args.robots();
     let interrupted = catch_interrupts()?;
     // Nothing moves yet, so whoever interrupts now need not wait.
     NOTHING_MOVES.store(true, Ordering::Relaxed);
     let segment = open_segment(Opening {
         link: &args.link,
         robots: count,
-        cycle_us: args.cycle_us,
+        cycle: args.cycle(),
         ethercat: &args.ethercat,
         sim: &args.sim,
         revision: args.revision.into(),
         is_quiet: args.quiet,
     })?;
     NOTHING_MOVES.store(false, Ordering::Relaxed);
+    // Where the robots decide it, it may be another than was asked for.
+    let period = segment.period().unwrap_or(args.cycle());
     // One program serves all robots.
     let of_robots = sources.iter().cycle().take(count).enumerate();
     let mut robots: Vec<Robot<'_>> = of_robots
-        .map(|(number, source)| Robot::new(source, args, segment.firmware(number)))
+        .map(|(number, source)| Robot::new(source, args, period, segment.firmware(number)))
         .collect::<Result<_, _>>()?;
-    let period = Duration::from_micros(args.cycle_us);
     let mut periodic = Periodic::over_segment::<Engine<QUEUE>>(segment, args.pace(), period);
-    let driven = drive_robots(args, &mut robots, &mut periodic, &interrupted);
+    let driven = drive_robots(args, period, &mut robots, &mut periodic, &interrupted);
     if driven.is_err() {
         periodic.segment_mut().close();
     }
@@ -284,12 +341,13 @@ pub(super) fn run(args: &RunArgs) -> Result<Exit, Failure> {
     let figures = periodic.segment().figures();
     let bus =
         figures.map(|(statistics, frames, limit)| ReportedBus::new(statistics, frames, limit));
+    let enip: Vec<_> = (0..count).map(|robot| periodic.segment().enip_report(robot)).collect();
     // Before anything slow: without outputs the watchdogs of the robots run.
     periodic.segment_mut().close();
     let (mut told, mut exits, mut failures) = (Vec::new(), Vec::new(), Vec::new());
     let places = periodic.ports().iter().zip(&directories);
-    for (number, ((robot, outcome), (port, directory))) in
-        (1..).zip(robots.iter().zip(&outcomes).zip(places))
+    for (number, (((robot, outcome), (port, directory)), enip)) in
+        (1..).zip(robots.iter().zip(&outcomes).zip(places).zip(enip))
     {
         let source = robot.source;
         let order = args.byte_order.fixed();
@@ -298,7 +356,7 @@ pub(super) fn run(args: &RunArgs) -> Result<Exit, Failure> {
         let report = Report::new(
             number,
             source.name.clone(),
-            settings(args, &robot.engine),
+            settings(args, period, &robot.engine),
             &Sources {
                 program: &source.program,
                 outcome,
@@ -310,6 +368,7 @@ pub(super) fn run(args: &RunArgs) -> Result<Exit, Failure> {
                 statistics: periodic.statistics(),
                 port,
                 bus,
+                enip,
                 recording: &robot.recording,
                 wall_time_s: wall_time.as_secs_f64(),
             },
@@ -340,12 +399,13 @@ pub(super) fn run(args: &RunArgs) -> Result<Exit, Failure> {
 /// that it took.
 fn drive_robots(
     args: &RunArgs,
+    period: Duration,
     robots: &mut [Robot<'_>],
     periodic: &mut Periodic<Segment, AnyPace>,
     interrupted: &Arc<AtomicBool>,
 ) -> Result<(Vec<Outcome>, Duration), Failure> {
     let (mut watchers, bus, messages) =
-        Watcher::all(robots.len(), interrupted, args.progress_cycles());
+        Watcher::all(robots.len(), interrupted, args.progress_cycles(period));
     periodic.segment_mut().watch(Some(bus));
     let programs: Vec<&Program> = robots.iter().map(|robot| &robot.source.program).collect();
     thread::scope(|scope| {
@@ -372,11 +432,11 @@ fn drive_robots(
 }
 
 /// How the run was set up, for the report of one robot.
-fn settings(args: &RunArgs, engine: &Engine<QUEUE>) -> Settings {
+fn settings(args: &RunArgs, period: Duration, engine: &Engine<QUEUE>) -> Settings {
     Settings {
         link: args.link.to_string(),
-        robots: usize::from(args.robots),
-        cycle_us: args.cycle_us,
+        robots: args.robots(),
+        cycle_us: micros(period),
         pace: if args.fast { "simulated" } else { "real" },
         byte_order: args.byte_order.fixed().map_or("auto".into(), |order| order.to_string()),
         byte_order_used: engine.byte_order().map(|order| order.to_string()),
@@ -404,7 +464,12 @@ pub(super) fn catch_interrupts() -> Result<Arc<AtomicBool>, Failure> {
     Ok(interrupted)
 }
 
-fn config(args: &RunArgs, program: &Program) -> Result<Config, Failure> {
+/// Whole microseconds of `duration`.
+fn micros(duration: Duration) -> u64 {
+    u64::try_from(duration.as_micros()).unwrap_or(u64::MAX)
+}
+
+fn config(args: &RunArgs, period: Duration, program: &Program) -> Result<Config, Failure> {
     let free = OWN_CHECKPOINTS.iter().find_map(|count| program.free_checkpoints(*count));
     let (first, last) = free.ok_or_else(|| {
         Failure::internal("no checkpoint numbers are free, though the program was checked for it")
@@ -414,8 +479,9 @@ fn config(args: &RunArgs, program: &Program) -> Result<Config, Failure> {
     let longest_delay = match args.link {
         LinkChoice::Sim => Duration::ZERO,
         LinkChoice::EthercatSim | LinkChoice::Ethercat { .. } => LONGEST_DELAY,
+        LinkChoice::EnipSim { .. } | LinkChoice::Enip(_) => LONGEST_DELAY,
     };
-    let delay_cycles = longest_delay.as_micros().div_ceil(u128::from(args.cycle_us));
+    let delay_cycles = longest_delay.as_micros().div_ceil(period.as_micros().max(1));
     let delay_cycles = u16::try_from(delay_cycles).unwrap_or(u16::MAX);
     Ok(Config {
         byte_order: match args.byte_order.fixed() {
@@ -428,7 +494,7 @@ fn config(args: &RunArgs, program: &Program) -> Result<Config, Failure> {
         checkpoint_range: CheckpointRange { first, last },
         settle_cycles: defaults.settle_cycles.max(delay_cycles),
         // The runner refreshes a velocity in every cycle; a late one must not stop the motion.
-        velocity_dead_man: defaults.velocity_dead_man.max(4 * Duration::from_micros(args.cycle_us)),
+        velocity_dead_man: defaults.velocity_dead_man.max(4 * period),
         ..defaults
     })
 }

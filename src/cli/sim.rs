@@ -1,24 +1,31 @@
-//! `fieldarm sim`: virtual robots on a real bus.
+//! `fieldarm sim`: virtual robots on a real bus; those on EtherNet/IP are in `enip/serve.rs`, the one at
+//! its TCP ports is in `text/serve.rs`.
 
+use core::net::Ipv4Addr;
+use std::io::Write;
 use std::prelude::v1::*;
 use std::sync::atomic::Ordering;
 
-use clap::{Args, ValueEnum};
+use clap::{ArgGroup, Args, ValueEnum};
 
 use super::emulated_robot::{EmulatedRobot, Presentation, emulated, refuse_unknown_pdos};
+use super::enip::serve::Served;
 use super::exit::{Exit, Failure};
 use super::order::OrderName;
 use super::run_program::{RevisionName, catch_interrupts};
+use super::text::place::Place;
+use super::text::serve::{self, TextFace};
 use super::virtual_robot::ToolName;
 use super::wording::counted;
-use crate::bus::ethercat::meca500::{Meca500Application, Meca500Settings};
+use crate::bus::ethercat::meca500::Meca500Settings;
 use crate::cycle::CyclicDevice;
 use crate::link::ethercat::faulty_wire::{FaultPlan, FaultyWire, WireEnd, WireFault};
 use crate::link::ethercat::raw_socket::{self, OpenError, RawSocket};
 use crate::link::ethercat::serve::{Change, Server, Standing};
 use crate::link::ethercat::wire::Wire;
-use crate::sim::meca500::{CyclicBus, RobotSettings, VirtualRobot};
+use crate::sim::meca500::{CyclicBus, FieldbusMode, NetworkSettings, RobotSettings, VirtualRobot};
 use crate::time::{Duration, Instant};
+use crate::wire::meca500::adapter::MIN_RPI_US;
 use crate::wire::meca500::image::FirmwareLayout;
 use crate::wire::meca500::image::pdo::PdoLayout;
 use crate::wire::order::ByteOrder;
@@ -35,24 +42,41 @@ const EXIT_CODES: &str = "\
 Exit codes:
     0  ended with Ctrl-C, or by the signal TERM or HUP: the way it is meant to end
     1  an internal error
-    2  bad usage, or no such network interface
-    4  the interface cannot be opened, or was removed
+    2  bad usage, no such network interface, or no such address of this machine
+    4  the interface cannot be opened, or was removed; a port is in use by somebody else
   130  ended by a second signal, without the figures";
 
-/// Serve virtual robots on a network interface until Ctrl-C.
+/// Serve virtual robots on a network interface or at IP addresses until Ctrl-C.
 ///
-/// Any EtherCAT main device can bring them to OP: they answer as robots of their own, each with its
+/// With --enip, any EtherNet/IP scanner can open connections to them: each answers at an address of its
+/// own, from ListIdentity to class 1 frames. Nothing but the address is needed; on Linux every address of
+/// 127.0.0.0/8 is there for tests on one machine. Standard error says who connects, and how it ends.
+///
+/// With --tcp, one robot answers on its control port 10000 and its monitoring port 10001 to whoever speaks
+/// its text commands, the vendor's Python package among them. With --enip beside it, the same robot is on
+/// both: whoever controls it over one is alone in that until the connection ends, others may watch.
+///
+/// With --ethercat, any EtherCAT main device can bring them to OP: they answer as robots of their own, each with its
 /// ESC, mailbox and process data. The first robot is the one next to the main device. Standard error
-/// says what is served and each change of a robot's state.
-///
-/// Needs the capability CAP_NET_RAW: run as root, or grant it to the executable. Without a second
+/// says what is served and each change of a robot's state. That
+/// needs the capability CAP_NET_RAW: run as root, or grant it to the executable. Without a second
 /// machine, a pair of virtual interfaces (`ip link add ecat0 type veth peer name ecat1`) does.
 #[derive(Args, Debug)]
 #[command(after_help = EXIT_CODES, after_long_help = EXIT_CODES)]
+#[command(group(ArgGroup::new("bus").required(true).multiple(true).args(["ethercat", "enip", "tcp"])))]
 pub(super) struct SimArgs {
     /// Network interface to serve on; nothing else should use it.
-    #[arg(long, value_name = "IFACE")]
-    ethercat: String,
+    #[arg(long, value_name = "IFACE", conflicts_with_all = ["enip", "tcp"])]
+    ethercat: Option<String>,
+    /// Address of this machine to serve at; further robots stand at the addresses behind it.
+    #[arg(long, value_name = "ADDR")]
+    enip: Option<Ipv4Addr>,
+    /// Address of this machine with the robot's control port, 10000 unless it is given as ADDR:PORT.
+    #[arg(long, value_name = "ADDR")]
+    tcp: Option<Place>,
+    /// Address of its monitoring port; that of --tcp and 10001 without it.
+    #[arg(long, value_name = "ADDR", requires = "tcp")]
+    monitor: Option<Place>,
     /// Number of robots in a row.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=64))]
     robots: u16,
@@ -68,25 +92,32 @@ pub(super) struct SimArgs {
     /// Firmware whose process image they have.
     #[arg(long, value_enum, default_value_t = LayoutName::V11_3, value_name = "FIRMWARE")]
     layout: LayoutName,
-    /// Leave a PDO unassigned at power-up, e.g. 1A08; a real robot was seen without that one.
-    #[arg(long, value_name = "PDO", value_delimiter = ',', value_parser = parse_pdo)]
+    /// EtherNet/IP: shortest interval of frames that the robots accept, in ms, 0.1 to 1000; 10 without it,
+    /// as a real one has it.
+    #[arg(long, value_name = "MS", value_parser = parse_min_rpi, conflicts_with = "ethercat", requires = "enip")]
+    min_rpi_ms: Option<Duration>,
+    /// EtherNet/IP: nobody may control the robots, as after EnableEtherNetIp(2).
+    #[arg(long, conflicts_with = "ethercat", requires = "enip")]
+    monitoring_only: bool,
+    /// EtherCAT: leave a PDO unassigned at power-up, e.g. 1A08; a real robot was seen without that one.
+    #[arg(long, value_name = "PDO", value_delimiter = ',', value_parser = parse_pdo, conflicts_with_all = ["enip", "tcp"])]
     unassigned: Vec<u16>,
-    /// Refuse SAFE-OP until the main device has written the PDO assignment, as users report.
-    #[arg(long)]
+    /// EtherCAT: refuse SAFE-OP until the main device has written the PDO assignment, as users report.
+    #[arg(long, conflicts_with_all = ["enip", "tcp"])]
     demand_assignment: bool,
-    /// Robots without distributed clocks.
-    #[arg(long)]
+    /// EtherCAT: robots without distributed clocks.
+    #[arg(long, conflicts_with_all = ["enip", "tcp"])]
     no_dc: bool,
-    /// List the PDOs in the SII too, which real robots do not.
-    #[arg(long)]
+    /// EtherCAT: list the PDOs in the SII too, which real robots do not.
+    #[arg(long, conflicts_with_all = ["enip", "tcp"])]
     sii_pdos: bool,
-    /// Alias addresses, one for each robot from the first on.
-    #[arg(long, value_name = "ALIAS", value_delimiter = ',')]
+    /// EtherCAT: alias addresses, one for each robot from the first on.
+    #[arg(long, value_name = "ALIAS", value_delimiter = ',', conflicts_with_all = ["enip", "tcp"])]
     alias: Vec<u16>,
-    /// A fault of the wire, its chance for each frame in 1/1000, and a seed: drop, duplicate, delay,
+    /// EtherCAT: a fault of the wire, its chance for each frame in 1/1000, and a seed: drop, duplicate, delay,
     /// reorder, truncate, corrupt, link-down, power-cycle, or all. May be given several times; the
     /// last seed counts.
-    #[arg(long, value_name = "KIND[:PER_MILLE[:SEED]]", value_delimiter = ',', value_parser = parse_fault)]
+    #[arg(long, value_name = "KIND[:PER_MILLE[:SEED]]", value_delimiter = ',', value_parser = parse_fault, conflicts_with_all = ["enip", "tcp"])]
     fault: Vec<FaultArg>,
     /// Cut the power of all robots once, this many seconds after the beginning.
     #[arg(long, value_name = "SECONDS", value_parser = clap::value_parser!(u64).range(1..))]
@@ -187,13 +218,9 @@ fn line(args: &SimArgs) -> Result<Vec<EmulatedRobot>, Failure> {
         .map(|number| {
             let serial = FIRST_SERIAL + u32::from(number);
             let robot = VirtualRobot::new(RobotSettings {
-                revision: args.revision.into(),
                 serial_number: serial,
-                byte_order: args.byte_order.into(),
-                layout,
                 bus: CyclicBus::EtherCat,
-                tool: args.tool.into(),
-                ..RobotSettings::default()
+                ..robot_settings(args)
             });
             let settings = Meca500Settings {
                 serial,
@@ -219,16 +246,27 @@ fn line(args: &SimArgs) -> Result<Vec<EmulatedRobot>, Failure> {
         .collect()
 }
 
+/// As `10` or `0.5`.
+fn parse_min_rpi(text: &str) -> Result<Duration, String> {
+    match text.parse::<f64>() {
+        Ok(ms) if (0.1..=1_000.0).contains(&ms) => {
+            Ok(Duration::from_micros((ms * 1e3).round() as u64))
+        }
+        _ => Err("an interval in ms, 0.1 to 1000".into()),
+    }
+}
+
 /// Says things on standard error, if anybody wants to hear them.
 #[derive(Clone, Copy)]
-struct Teller {
+pub(super) struct Teller {
     quiet: bool,
 }
 
 impl Teller {
-    fn say(self, message: impl core::fmt::Display) {
+    pub(super) fn say(self, message: impl core::fmt::Display) {
         if !self.quiet {
-            eprintln!("{message}");
+            // Nobody reads standard error any more: the robots are served on.
+            let _ = writeln!(std::io::stderr(), "{message}");
         }
     }
 
@@ -253,7 +291,7 @@ impl Teller {
 }
 
 /// The robots' power supply.
-struct Power {
+pub(super) struct Power {
     cut_at: Option<Instant>,
     back_at: Option<Instant>,
     /// Which robots have not been reset since their power came back.
@@ -261,35 +299,44 @@ struct Power {
 }
 
 impl Power {
-    /// Switches the robots of `server` when it is time to, or when the wire says so.
-    fn supply(
+    /// Power that is cut once at a time, or never.
+    pub(super) const fn cut_at(cut_at: Option<Instant>) -> Self {
+        Self { cut_at, back_at: None, waits_for_reset: Vec::new() }
+    }
+
+    /// Switches the robots when it is time to, or when `is_cut` says so.
+    pub(super) fn supply<'r>(
         &mut self,
-        server: &mut Server<FaultyWire<RawSocket>, Meca500Application<VirtualRobot>>,
+        now: Instant,
+        is_cut: bool,
+        robots: impl ExactSizeIterator<Item = &'r mut VirtualRobot>,
         teller: Teller,
     ) {
-        let now = server.wire().now();
-        let is_cut = server.wire_mut().take_power_cycle();
-        if is_cut || self.cut_at.is_some_and(|at| at <= now) {
+        let is_cut = is_cut || self.cut_at.is_some_and(|at| at <= now);
+        if is_cut {
             self.cut_at = None;
             self.back_at = Some(now + POWER_OFF);
             teller.say("power cut");
-            for robot in server.line_mut() {
-                robot.application_mut().device_mut().panel().switch_off();
-            }
         }
-        if self.back_at.is_some_and(|at| at <= now) {
+        let is_back = self.back_at.is_some_and(|at| at <= now);
+        if is_back {
             self.back_at = None;
             teller.say("power back: the robots boot");
-            for robot in server.line_mut() {
-                robot.application_mut().device_mut().panel().switch_on();
-            }
-            self.waits_for_reset = vec![true; server.line().len()];
+            self.waits_for_reset = vec![true; robots.len()];
         }
-        // Somebody at the cell presses Reset as soon as a robot has booted: without that its motors get
-        // no power.
-        for (robot, waits) in server.line_mut().iter_mut().zip(&mut self.waits_for_reset) {
-            let robot = robot.application_mut().device_mut();
-            if *waits && robot.is_on_bus() {
+        for (number, robot) in robots.enumerate() {
+            if is_cut {
+                robot.panel().switch_off();
+            }
+            if is_back {
+                robot.panel().switch_on();
+            }
+            // Somebody at the cell presses Reset as soon as a robot has booted: without that its motors
+            // get no power.
+            if let Some(waits) = self.waits_for_reset.get_mut(number)
+                && *waits
+                && robot.is_on_bus()
+            {
                 *waits = false;
                 robot.panel().press_reset();
             }
@@ -299,17 +346,74 @@ impl Power {
 
 /// Serves until interrupted.
 pub(super) fn run(args: &SimArgs) -> Result<Exit, Failure> {
+    if let Some(interface) = &args.ethercat {
+        return run_ethercat(args, interface);
+    }
+    let teller = Teller { quiet: args.quiet };
+    let power_cycle_after = args.power_cycle_after.map(Duration::from_secs);
+    let text = text_face(args, teller)?;
+    match (args.enip, text) {
+        (None, Some(text)) => serve::run(
+            text,
+            RobotSettings { serial_number: FIRST_SERIAL, ..robot_settings(args) },
+            power_cycle_after,
+            teller,
+        ),
+        (Some(first), text) => Served {
+            first,
+            count: args.robots,
+            robot: robot_settings(args),
+            min_rpi: args.min_rpi_ms.unwrap_or(Duration::from_micros(MIN_RPI_US.into())),
+            monitoring_only: args.monitoring_only,
+            power_cycle_after,
+            text,
+            teller,
+        }
+        .run(),
+        (None, None) => Err(Failure::usage("give --ethercat IFACE, --enip ADDR or --tcp ADDR")),
+    }
+}
+
+/// The TCP ports, if they are asked for.
+fn text_face(args: &SimArgs, teller: Teller) -> Result<Option<TextFace>, Failure> {
+    let Some(control) = args.tcp else { return Ok(None) };
+    if args.robots > 1 {
+        return Err(Failure::usage(format!(
+            "--tcp serves one robot, not {}; start a process for each, at addresses of their own",
+            args.robots
+        )));
+    }
+    TextFace::open(control, args.monitor, teller).map(Some)
+}
+
+/// What all robots are like.
+fn robot_settings(args: &SimArgs) -> RobotSettings {
+    RobotSettings {
+        revision: args.revision.into(),
+        byte_order: args.byte_order.into(),
+        layout: args.layout.into(),
+        tool: args.tool.into(),
+        network: NetworkSettings {
+            // Whoever serves it has enabled it before.
+            ethernet_ip: match args.enip {
+                None => FieldbusMode::Disabled,
+                Some(_) if args.monitoring_only => FieldbusMode::MonitoringOnly,
+                Some(_) => FieldbusMode::Enabled,
+            },
+            ..NetworkSettings::default()
+        },
+        ..RobotSettings::default()
+    }
+}
+
+fn run_ethercat(args: &SimArgs, interface: &str) -> Result<Exit, Failure> {
     let line = line(args)?;
-    let interface = args.ethercat.as_str();
     let socket = RawSocket::open(interface).map_err(refused)?;
     let interrupted = catch_interrupts()?;
     let teller = Teller { quiet: args.quiet };
     let is_down = socket.is_down();
-    let mut power = Power {
-        cut_at: args.power_cycle_after.map(|s| socket.now() + Duration::from_secs(s)),
-        back_at: None,
-        waits_for_reset: Vec::new(),
-    };
+    let cut_at = args.power_cycle_after.map(|s| socket.now() + Duration::from_secs(s));
+    let mut power = Power::cut_at(cut_at);
     let wire = FaultyWire::new(socket, WireEnd::Subdevices, plan(&args.fault));
     let mut server = Server::new(wire, line);
     teller.say(format_args!(
@@ -339,7 +443,11 @@ pub(super) fn run(args: &SimArgs) -> Result<Exit, Failure> {
         while let Some(change) = server.next_change() {
             teller.tell(change);
         }
-        power.supply(&mut server, teller);
+        let now = server.wire().now();
+        let is_cut = server.wire_mut().take_power_cycle();
+        let robots = server.line_mut().iter_mut();
+        let devices = robots.map(|robot| robot.application_mut().device_mut());
+        power.supply(now, is_cut, devices, teller);
     }
     let counts = server.counts();
     teller.say(format_args!(

@@ -2,7 +2,7 @@
 
 use std::prelude::v1::*;
 
-use super::report::{Report, ReportedQuantiles};
+use super::report::{Report, ReportedEnip, ReportedQuantiles};
 use super::wording::{counted, not_back_in_time};
 
 /// Lines of a summary: names and values.
@@ -103,6 +103,10 @@ fn add_bus(lines: &mut Lines, report: &Report) {
             counted(cycles.overruns, "overrun")
         ),
     );
+    if let Some(enip) = &report.enip {
+        lines.add("gaps to robot", quantiles(&enip.o2t_gap_us, "ms", 1e-3));
+        lines.add("gaps from robot", quantiles(&enip.t2o_gap_us, "ms", 1e-3));
+    }
     let Some(bus) = &report.bus else { return };
     lines.add("exchange", quantiles(&bus.exchange_us, "us", 1.0));
     lines.add(
@@ -119,8 +123,41 @@ fn add_bus(lines: &mut Lines, report: &Report) {
     }
 }
 
+/// The connection on EtherNet/IP and its frames.
+fn add_connection(lines: &mut Lines, enip: &ReportedEnip) {
+    let ReportedEnip { o2t_api_us, t2o_api_us, .. } = *enip;
+    let mut interval = format!("frames every {} ms", o2t_api_us * 1e-3);
+    if o2t_api_us != t2o_api_us {
+        interval += &format!(" to the robot, every {} ms from it", t2o_api_us * 1e-3);
+    }
+    if (o2t_api_us, t2o_api_us) != (enip.rpi_us, enip.rpi_us) {
+        interval += &format!(" (asked for {} ms)", enip.rpi_us * 1e-3);
+    }
+    let config = match enip.config_assembly {
+        Some(number) => format!("configuration assembly {number}"),
+        None => "no configuration assembly".into(),
+    };
+    let to = match &enip.multicast {
+        Some(group) => format!("inputs to the group {group}"),
+        None => "inputs to us alone".into(),
+    };
+    lines.add("connection", format!("{interval}; {config}, {to}"));
+    let counters = &enip.counters;
+    let mut frames = format!(
+        "{} sent, {} received, {} missed, {} out of order",
+        counters.produced, counters.consumed, counters.missed, counters.out_of_order
+    );
+    if counters.timed_out > 0 {
+        frames += &format!("; timed out {}", counted(counters.timed_out, "time"));
+    }
+    lines.add("frames", frames);
+}
+
 /// What is known of the robot.
 fn add_robot(lines: &mut Lines, report: &Report) {
+    if let Some(enip) = &report.enip {
+        add_connection(lines, enip);
+    }
     let order = report.settings.byte_order_used.as_deref().unwrap_or("never settled");
     let how = if report.settings.byte_order == "auto" { "found" } else { "as told" };
     lines.add("byte order", format!("{order} ({how})"));

@@ -8,10 +8,12 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
+use super::enip::words;
 use super::wording;
+use crate::bus::enip::scanner::ScannerEvent;
 use crate::engine::meca500::Event;
 use crate::link::clock::MonotonicClock;
-use crate::link::ethercat::SegmentEvent;
+use crate::link::ethercat::{EventKind, SegmentEvent};
 use crate::run::drive::{Observer, Progress};
 use crate::run::program::Program;
 use crate::run::runner::Phase;
@@ -32,17 +34,25 @@ pub(super) struct Message {
 enum News {
     Event(Event, Option<usize>),
     Progress(Progress),
-    /// What happened to its connection.
-    Link(SegmentEvent),
+    /// What happened to its connection on EtherCAT.
+    Ethercat(EventKind),
+    /// What happened to its connection on EtherNet/IP.
+    Enip(ScannerEvent),
 }
 
 /// The bus's end of the channel.
 pub(super) struct LinkWatcher(SyncSender<Message>);
 
 impl LinkWatcher {
-    /// Tells what happened on the bus; left out when nobody keeps up. Does not allocate.
+    /// Tells what happened on EtherCAT; left out when nobody keeps up. Does not allocate.
     pub(super) fn tell(&self, event: SegmentEvent) {
-        let _ = self.0.try_send(Message { robot: event.robot, news: News::Link(event) });
+        let _ = self.0.try_send(Message { robot: event.robot, news: News::Ethercat(event.kind) });
+    }
+
+    /// Tells what happened on EtherNet/IP; left out when nobody keeps up. Does not allocate.
+    pub(super) fn tell_enip(&self, event: ScannerEvent) {
+        let robot = words::target_of(&event);
+        let _ = self.0.try_send(Message { robot, news: News::Enip(event) });
     }
 }
 
@@ -148,8 +158,13 @@ fn draw_bars(receiver: &Receiver<Message>, programs: &[&Program]) {
                     let _ = bars.println(label(robot, programs) + &line);
                 }
             }
-            News::Link(event) => {
-                let _ = bars.println(format!("{}{}", label(robot, programs), event.kind));
+            News::Ethercat(kind) => {
+                let _ = bars.println(format!("{}{kind}", label(robot, programs)));
+            }
+            News::Enip(event) => {
+                if let Some(line) = words::scanner_event(&event) {
+                    let _ = bars.println(label(robot, programs) + &line);
+                }
             }
             News::Progress(progress) => {
                 bar.set_position(u64::try_from(progress.step).unwrap_or(u64::MAX));
@@ -176,7 +191,8 @@ fn draw_lines(receiver: &Receiver<Message>, programs: &[&Program]) {
         };
         let line = match news {
             News::Event(event, step) => wording::event(&event, line_of(program, step)),
-            News::Link(event) => Some(event.kind.to_string()),
+            News::Ethercat(kind) => Some(kind.to_string()),
+            News::Enip(event) => words::scanner_event(&event),
             News::Progress(progress) => {
                 let now = clock.now();
                 let is_due = last.is_none_or(|last| now - last >= PLAIN_INTERVAL);

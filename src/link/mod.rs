@@ -8,6 +8,8 @@
 
 pub mod clock;
 pub mod direct;
+#[cfg(feature = "enip")]
+pub mod enip;
 #[cfg(feature = "ethercat")]
 pub mod ethercat;
 #[cfg(feature = "text")]

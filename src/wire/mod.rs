@@ -3,6 +3,7 @@
 //! Read [`order`] first (byte order is a type parameter of an image), then
 //! [`meca500::image`].
 
+pub mod enip;
 mod error;
 pub mod ethercat;
 pub mod meca500;

@@ -22,10 +22,13 @@ pub(crate) enum Ability {
     LoseOneWay,
     /// The robot can be told to leave the bus.
     LeaveByCommand,
+    /// That the robot did not get the outputs shows in the same cycle.
+    NoticeLostOutputs,
 }
 
 impl Ability {
-    pub(crate) const ALL: [Self; 3] = [Self::LoseImages, Self::LoseOneWay, Self::LeaveByCommand];
+    pub(crate) const ALL: [Self; 4] =
+        [Self::LoseImages, Self::LoseOneWay, Self::LeaveByCommand, Self::NoticeLostOutputs];
 }
 
 /// What becomes of the images.

@@ -39,7 +39,9 @@ impl BusKind for Direct {
 
     fn inability(self, ability: Ability) -> Option<&'static str> {
         Some(match ability {
-            Ability::LoseImages | Ability::LoseOneWay => "images are handed over, not carried",
+            Ability::LoseImages | Ability::LoseOneWay | Ability::NoticeLostOutputs => {
+                "images are handed over, not carried"
+            }
             Ability::LeaveByCommand => "there is no bus to leave",
         })
     }
@@ -90,5 +92,5 @@ link_contract!(direct, crate::direct::Direct);
 #[test]
 fn it_can_do_nothing_that_needs_a_bus() {
     let cannot = Ability::ALL.map(|ability| Direct.inability(ability).is_some());
-    assert_eq!(cannot, [true; 3]);
+    assert_eq!(cannot, [true; 4]);
 }

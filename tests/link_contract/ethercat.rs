@@ -160,5 +160,5 @@ link_contract!(
 #[test]
 fn it_can_do_everything() {
     let kind = Ethercat { robots: 1, position: 0, clocks: false };
-    assert_eq!(Ability::ALL.map(|ability| kind.inability(ability)), [None; 3]);
+    assert_eq!(Ability::ALL.map(|ability| kind.inability(ability)), [None; 4]);
 }

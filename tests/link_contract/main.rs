@@ -1,12 +1,14 @@
 //! What every link owes the engine, in one suite that runs for each of them, in simulated time; and
-//! a hundred faults in one life of the EtherCAT link. Read `contract.rs` first.
-#![cfg(all(feature = "ethercat", feature = "sim"))]
+//! a hundred faults in one life of each link. Read `contract.rs` first.
+#![cfg(all(feature = "enip", feature = "ethercat", feature = "sim"))]
 
 mod cell;
 #[path = "../cell/checkers.rs"]
 mod checkers;
 mod contract;
 mod direct;
+mod enip;
+mod enip_faults;
 mod ethercat;
 mod faults;
 mod faults_of_four;

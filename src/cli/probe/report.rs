@@ -16,7 +16,7 @@ use crate::link::ethercat::{EthercatError, MappingFound, SubDeviceFound};
 use crate::time::Duration;
 use crate::wire::ethercat::al::AlStatusCode;
 use crate::wire::meca500::code::Code;
-use crate::wire::meca500::dynamic::{DynamicView, Eoat, ExternalTool, ProductType};
+use crate::wire::meca500::dynamic::{DynamicValue, DynamicView, Eoat, ExternalTool, ProductType};
 use crate::wire::meca500::image::{
     FieldType, FieldValue, FirmwareLayout, INPUT_FIELDS, INPUT_LEN, OUTPUT_FIELDS, Support,
 };
@@ -275,7 +275,7 @@ fn robot(number: usize, seen: &RobotObserved, writes: bool) -> ReportedRobot {
         inputs: layout(Direction::Inputs, &seen.images.inputs),
         fresh_inputs: sent.fresh,
         byte_order: sent.evidence.as_ref().map(order),
-        identity: identity(seen),
+        identity: identity(seen.sent.dynamic.iter().flatten()),
         state: sent.inputs.zip(verdict).and_then(|(inputs, order)| state(&inputs, order)),
         events: sent.events.clone(),
     }
@@ -355,9 +355,10 @@ fn foreign(layout: &Layout) -> Vec<String> {
     layout.foreign().iter().map(entry).collect()
 }
 
-fn identity(seen: &RobotObserved) -> ReportedIdentity {
+/// What some dynamic data say about who sent them.
+pub(super) fn identity<'v>(slots: impl Iterator<Item = &'v DynamicValue>) -> ReportedIdentity {
     let mut identity = ReportedIdentity::default();
-    for slot in seen.sent.dynamic.iter().flatten() {
+    for slot in slots {
         match slot.view(Eoat::None) {
             DynamicView::FirmwareVersion { major, minor, patch, build } => {
                 identity.firmware = Some(format!("{major}.{minor}.{patch} build {build}"));
@@ -404,7 +405,7 @@ fn set_bits(inputs: &[u8; INPUT_LEN], order: ByteOrder) -> Vec<&'static str> {
         .collect()
 }
 
-fn state(inputs: &[u8; INPUT_LEN], order: ByteOrder) -> Option<ReportedState> {
+pub(super) fn state(inputs: &[u8; INPUT_LEN], order: ByteOrder) -> Option<ReportedState> {
     let values = read(inputs, order)?;
     let flags = values.robot_status.flags;
     let code = values.robot_status.error_code;

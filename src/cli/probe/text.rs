@@ -6,22 +6,23 @@ use serde_json::Value;
 
 use super::evidence::{Piece, ReportedOrder};
 use super::report::{
-    ProbeReport, ReportedExchange, ReportedLayout, ReportedRobot, ReportedState, ReportedSubDevice,
+    ProbeReport, ReportedExchange, ReportedIdentity, ReportedLayout, ReportedRobot, ReportedState,
+    ReportedSubDevice,
 };
 use crate::cli::grid::Grid;
 use crate::cli::wording::{counted, not_back_in_time};
 
 /// Lines of names and values.
 #[derive(Default)]
-struct Lines(String);
+pub(super) struct Lines(pub(super) String);
 
 impl Lines {
-    fn add(&mut self, name: &str, value: impl AsRef<str>) {
+    pub(super) fn add(&mut self, name: &str, value: impl AsRef<str>) {
         self.0 += &format!("  {name:<16} {}\n", value.as_ref());
     }
 
     /// Another line of the value above.
-    fn add_more(&mut self, value: impl AsRef<str>) {
+    pub(super) fn add_more(&mut self, value: impl AsRef<str>) {
         self.add("", value);
     }
 }
@@ -82,21 +83,29 @@ fn of_robot(robot: &ReportedRobot) -> String {
     add_layout(&mut lines, "inputs", &robot.inputs);
     if let Some(order) = &robot.byte_order {
         add_order(&mut lines, order);
-        let identity = &robot.identity;
-        let told = |value: &Option<String>| value.clone().unwrap_or_else(|| NOT_TOLD.into());
-        lines.add("firmware", told(&identity.firmware));
-        lines.add("serial number", told(&identity.serial.map(|serial| serial.to_string())));
-        lines.add("product", told(&identity.product));
-        lines.add("tool", told(&identity.tool));
+        add_identity(&mut lines, &robot.identity);
     }
     if let Some(state) = &robot.state {
-        add_state(&mut lines, state);
+        let control = if state.monitoring_mode {
+            "MonitoringMode: this connection may only watch, another one controls the robot"
+        } else {
+            "this connection may control it"
+        };
+        add_state(&mut lines, state, control);
     }
     for event in &robot.events {
         lines.add("event", event);
     }
     let verdict = if robot.usable { "usable" } else { "not usable" };
     format!("robot {} at position {}: {verdict}\n\n{}", robot.robot, robot.position, lines.0)
+}
+
+pub(super) fn add_identity(lines: &mut Lines, identity: &ReportedIdentity) {
+    let told = |value: &Option<String>| value.clone().unwrap_or_else(|| NOT_TOLD.into());
+    lines.add("firmware", told(&identity.firmware));
+    lines.add("serial number", told(&identity.serial.map(|serial| serial.to_string())));
+    lines.add("product", told(&identity.product));
+    lines.add("tool", told(&identity.tool));
 }
 
 /// A dynamic type that did not come.
@@ -128,7 +137,7 @@ fn add_layout(lines: &mut Lines, name: &str, layout: &ReportedLayout) {
     }
 }
 
-fn add_order(lines: &mut Lines, order: &ReportedOrder) {
+pub(super) fn add_order(lines: &mut Lines, order: &ReportedOrder) {
     let open = |part: &Option<String>| part.clone().unwrap_or_else(|| "open".into());
     let verdict = order.verdict.clone().unwrap_or_else(|| {
         format!("undecided: integers {}, Reals {}", open(&order.integers), open(&order.reals))
@@ -168,7 +177,7 @@ fn number(value: &Value) -> String {
     }
 }
 
-fn add_state(lines: &mut Lines, state: &ReportedState) {
+pub(super) fn add_state(lines: &mut Lines, state: &ReportedState, control: &str) {
     let mut words = vec![
         if state.activated { "activated" } else { "not activated" },
         if state.homed { "homed" } else { "not homed" },
@@ -201,14 +210,7 @@ fn add_state(lines: &mut Lines, state: &ReportedState) {
     }
     safety += if state.motors_powered { "; motors powered" } else { "; motors not powered" };
     lines.add("safety", safety);
-    lines.add(
-        "control",
-        if state.monitoring_mode {
-            "MonitoringMode: this connection may only watch, another one controls the robot"
-        } else {
-            "this connection may control it"
-        },
-    );
+    lines.add("control", control);
     lines.add("queue", format!("FifoSpace {}, MoveID {}", state.fifo_space, state.move_id));
 }
 

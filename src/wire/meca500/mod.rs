@@ -2,6 +2,7 @@
 //!
 //! Source: PM, the programming manual MC-PM-MECA500 for firmware 11.3.
 
+pub mod adapter;
 pub mod code;
 pub mod command;
 pub mod dynamic;

@@ -4,7 +4,7 @@ use super::block::{BitField, block, flags, image};
 use super::field::{Field, FieldType, Part, Placed, Row, Support};
 use super::{Int16, Int32, Real};
 use crate::wire::WireError;
-use crate::wire::order::ImageOrder;
+use crate::wire::order::{Big, ImageOrder};
 use zerocopy::byteorder::{LittleEndian, U16, U32};
 
 image! {
@@ -54,6 +54,15 @@ image! {
             "DynamicData2" at 196, object 0x6072, pdo 0x1A22, table 24;
             "DynamicData3" at 224, object 0x6073, pdo 0x1A23, table 25;
         }
+    }
+}
+
+/// Sets MonitoringMode in an input image: what a connection that may only watch is told. It is a bit field,
+/// so the byte order of the image does not matter; bytes of another length stay as they are.
+/// Source: PM Table 13.
+pub fn mark_monitoring(inputs: &mut [u8]) {
+    if let Ok(image) = InputImage::<Big>::from_bytes_mut(inputs) {
+        image.robot_status.flags.assign(RobotStatusFlags::MONITORING_MODE, true);
     }
 }
 

@@ -1,0 +1,107 @@
+//! Those that send O->T: our link as `fieldarm run` cycles it, and the scanner `ethernetip`.
+
+use std::net::{Ipv4Addr, SocketAddrV4};
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
+
+use fieldarm::bus::enip::scanner::{ConnectionSettings, Originator};
+use fieldarm::cycle::CyclicSegment;
+use fieldarm::link::clock::MonotonicClock;
+use fieldarm::link::enip::sockets::{SocketNetwork, SocketSettings};
+use fieldarm::link::enip::{EnipSegment, EnipSettings, TargetSettings};
+use fieldarm::wire::enip::MESSAGE_PORT;
+
+use crate::gaps::Arrivals;
+use crate::target::Meter;
+use crate::{MULTIPLIER, Round, address, seed};
+
+/// Longest time to a running connection.
+const PATIENCE: Duration = Duration::from_secs(15);
+
+/// Our link with one robot, an exchange each API on an absolute grid.
+pub(crate) fn ours(round: Round) -> Result<Arrivals, String> {
+    let (here, there) = (address(), address());
+    let meter = Meter::bind(there, round).map_err(|error| error.to_string())?;
+    let is_over = AtomicBool::new(false);
+    thread::scope(|scope| {
+        let link = scope.spawn(|| drive(here, there, round, &is_over));
+        let arrivals = meter.receive(round);
+        is_over.store(true, Ordering::Relaxed);
+        match link.join() {
+            Ok(Ok(())) => arrivals,
+            Ok(Err(error)) => Err(error),
+            Err(_) => Err("the link panicked".into()),
+        }
+    })
+}
+
+fn drive(
+    here: Ipv4Addr,
+    there: Ipv4Addr,
+    round: Round,
+    is_over: &AtomicBool,
+) -> Result<(), String> {
+    let address = SocketAddrV4::new(there, MESSAGE_PORT);
+    let settings = SocketSettings { bind: Some(here), ..SocketSettings::default() };
+    let network = SocketNetwork::open(settings, &[address]).map_err(|error| error.to_string())?;
+    let connection = ConnectionSettings {
+        o2t_rpi: round.interval,
+        t2o_rpi: round.interval,
+        multiplier: MULTIPLIER,
+        ..ConnectionSettings::meca500()
+    };
+    let settings = EnipSettings {
+        targets: vec![TargetSettings { address, connection }],
+        originator: Originator { vendor: 0xFA, serial: seed() as u32 },
+        seed: seed(),
+        cycle: round.interval,
+        start_limit: PATIENCE,
+    };
+    let mut segment = EnipSegment::start(network, settings)
+        .map_err(|failure| format!("no start: {}", failure.error))?;
+    let clock = MonotonicClock::new();
+    let mut due = clock.now();
+    while !is_over.load(Ordering::Relaxed) {
+        segment.exchange(clock.now()).map_err(|error| error.to_string())?;
+        due += segment.cycle();
+        clock.sleep_until(due);
+    }
+    drop(segment.abandon());
+    Ok(())
+}
+
+/// A Python that knows the scanner: that of `FIELDARM_PYTHON`, the one that CI installs, or the
+/// system's.
+fn python() -> Option<PathBuf> {
+    let named = std::env::var_os("FIELDARM_PYTHON").map(PathBuf::from);
+    let installed = concat!(env!("CARGO_MANIFEST_DIR"), "/target/ethernetip/bin/python");
+    let mut candidates = named.into_iter().chain([installed.into(), "python3".into()]);
+    candidates.find(|python| {
+        let tried = Command::new(python).args(["-c", "import ethernetip"]).output();
+        tried.is_ok_and(|tried| tried.status.success())
+    })
+}
+
+/// The scanner `ethernetip` in a process of its own.
+pub(crate) fn ethernetip(round: Round) -> Result<Arrivals, String> {
+    let python = python().ok_or("needs Python with ethernetip in target/ethernetip")?;
+    let there = address();
+    let meter = Meter::bind(there, round).map_err(|error| error.to_string())?;
+    let mut child = Command::new(python)
+        .arg("benches/peers/ethernetip_cycle.py")
+        .args([there.to_string(), round.interval.as_millis().to_string()])
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .stdin(Stdio::piped())
+        .spawn()
+        .map_err(|error| error.to_string())?;
+    let arrivals = meter.receive(round);
+    // It ends when its input does; the meter answers no Forward Close any more.
+    drop(child.stdin.take());
+    thread::sleep(Duration::from_millis(200));
+    let _ = child.kill();
+    let _ = child.wait();
+    arrivals
+}

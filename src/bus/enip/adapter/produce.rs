@@ -1,0 +1,211 @@
+//! T->O frames: what is produced, for whom, and when.
+//!
+//! Deadlines are absolute: each lies a whole number of intervals behind the first, so the mean gap is the
+//! API whatever the delay of single frames. Who comes too late for a deadline skips it.
+//!
+//! Every frame counts up the encapsulation sequence number. The sequence count of the data counts up with
+//! the first frame after new inputs were set, equal or not, and stays while there are none: a consumer sees
+//! by it whether the robot still lives. Source: choice; the standard lets the producer say what is new.
+
+use core::net::SocketAddrV4;
+
+use super::{CONNECTIONS, MAX_IMAGE_LEN};
+use crate::time::{Duration, Instant};
+use crate::wire::enip::io::IoFrame;
+
+/// Which inputs are produced.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum View {
+    Controlling,
+    Monitoring,
+}
+
+/// The newest inputs, in both views.
+#[derive(Debug)]
+pub(super) struct Inputs {
+    controlling: [u8; MAX_IMAGE_LEN],
+    monitoring: [u8; MAX_IMAGE_LEN],
+    len: usize,
+    /// How often they were set.
+    generation: u64,
+}
+
+impl Inputs {
+    /// Zeros. `len` is at most [`MAX_IMAGE_LEN`].
+    pub(super) const fn new(len: usize) -> Self {
+        Self { controlling: [0; MAX_IMAGE_LEN], monitoring: [0; MAX_IMAGE_LEN], len, generation: 0 }
+    }
+
+    pub(super) fn set(&mut self, controlling: &[u8], monitoring: &[u8]) {
+        if controlling.len() != self.len || monitoring.len() != self.len {
+            return;
+        }
+        let views = [(&mut self.controlling, controlling), (&mut self.monitoring, monitoring)];
+        for (room, image) in views {
+            if let Some(room) = room.get_mut(..image.len()) {
+                room.copy_from_slice(image);
+            }
+        }
+        self.generation += 1;
+    }
+
+    pub(super) fn view(&self, view: View) -> &[u8] {
+        let image = match view {
+            View::Controlling => &self.controlling,
+            View::Monitoring => &self.monitoring,
+        };
+        image.get(..self.len).unwrap_or_default()
+    }
+}
+
+/// One stream of T->O frames, for one connection or for all of a group.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Production {
+    /// Id of the connection, as its consumers know it.
+    pub(super) id: u32,
+    pub(super) to: SocketAddrV4,
+    pub(super) api: Duration,
+    /// Number of the group, if it goes to one.
+    pub(super) group: Option<u16>,
+    pub(super) view: View,
+    /// When the next frame is due.
+    next_at: Instant,
+    sequence: u32,
+    data_sequence: u16,
+    /// Generation of the inputs that went out last.
+    generation: u64,
+}
+
+impl Production {
+    /// One whose first frame is due now.
+    pub(super) const fn new(
+        now: Instant,
+        id: u32,
+        to: SocketAddrV4,
+        api: Duration,
+        group: Option<u16>,
+        view: View,
+    ) -> Self {
+        Self {
+            id,
+            to,
+            api,
+            group,
+            view,
+            next_at: now,
+            sequence: 0,
+            data_sequence: 0,
+            // Never equal: the first frame counts as new.
+            generation: u64::MAX,
+        }
+    }
+
+    /// Writes the frame that is due, if one is; its length.
+    fn produce(&mut self, now: Instant, inputs: &Inputs, room: &mut [u8]) -> Option<usize> {
+        if self.next_at > now {
+            return None;
+        }
+        self.next_at = next_deadline(self.next_at, self.api, now);
+        if self.generation != inputs.generation {
+            self.generation = inputs.generation;
+            self.data_sequence = self.data_sequence.wrapping_add(1);
+        }
+        self.sequence = self.sequence.wrapping_add(1);
+        let frame = IoFrame {
+            connection_id: self.id,
+            sequence: self.sequence,
+            data_sequence: self.data_sequence,
+            data: inputs.view(self.view),
+        };
+        frame.write(None, room).ok()
+    }
+}
+
+/// The first deadline behind `now` of those that lie whole intervals behind `deadline`.
+fn next_deadline(deadline: Instant, api: Duration, now: Instant) -> Instant {
+    let next = deadline + api;
+    if next > now {
+        return next;
+    }
+    let interval = u64::try_from(api.as_nanos()).unwrap_or(u64::MAX).max(1);
+    let behind = now.as_nanos().saturating_sub(deadline.as_nanos());
+    deadline + Duration::from_nanos((behind / interval + 1).saturating_mul(interval))
+}
+
+/// All of them; connections name theirs by its place.
+#[derive(Debug)]
+pub(super) struct Productions {
+    places: [Option<Production>; CONNECTIONS],
+}
+
+impl Productions {
+    pub(super) const fn new() -> Self {
+        Self { places: [None; CONNECTIONS] }
+    }
+
+    pub(super) fn get(&self, place: usize) -> Option<&Production> {
+        self.places.get(place)?.as_ref()
+    }
+
+    /// Puts one into a free place.
+    pub(super) fn add(&mut self, production: Production) -> Option<usize> {
+        let place = self.places.iter().position(Option::is_none)?;
+        *self.places.get_mut(place)? = Some(production);
+        Some(place)
+    }
+
+    /// Ends those for which `is_needed` says no.
+    pub(super) fn retain(&mut self, is_needed: impl Fn(usize) -> bool) {
+        for (place, production) in self.places.iter_mut().enumerate() {
+            if production.is_some() && !is_needed(place) {
+                *production = None;
+            }
+        }
+    }
+
+    /// Those that go to groups, with their places.
+    pub(super) fn multicast(&self) -> impl Iterator<Item = (usize, &Production)> {
+        let all = self.places.iter().enumerate();
+        all.filter_map(|(place, production)| Some((place, production.as_ref()?)))
+            .filter(|(_, production)| production.group.is_some())
+    }
+
+    /// The lowest number of a group that nothing goes to.
+    pub(super) fn free_group(&self) -> Option<u16> {
+        (0..super::multicast::GROUPS)
+            .find(|number| self.multicast().all(|(_, other)| other.group != Some(*number)))
+    }
+
+    /// When the next frame is due.
+    pub(super) fn next_at(&self) -> Option<Instant> {
+        self.places.iter().flatten().map(|production| production.next_at).min()
+    }
+
+    /// Writes a frame that is due into `room`: where it goes and its length. Frames for which there is no
+    /// room are lost.
+    pub(super) fn produce(
+        &mut self,
+        now: Instant,
+        inputs: &Inputs,
+        room: &mut [u8],
+    ) -> Option<(SocketAddrV4, usize)> {
+        let mut all = self.places.iter_mut().flatten();
+        all.find_map(|one| one.produce(now, inputs, room).map(|len| (one.to, len)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn deadlines_stay_on_their_grid() {
+        let (start, api) = (Instant::from_millis(5), Duration::from_millis(10));
+        let next = |now_us| next_deadline(start, api, Instant::from_micros(now_us));
+        assert_eq!(next(5_000), Instant::from_millis(15));
+        assert_eq!(next(14_999), Instant::from_millis(15));
+        assert_eq!(next(15_000), Instant::from_millis(25), "a deadline met twice is met once");
+        assert_eq!(next(1_004_000), Instant::from_millis(1_005));
+        assert_eq!(next_deadline(start, Duration::ZERO, start), start + Duration::from_nanos(1));
+    }
+}

@@ -1,0 +1,586 @@
+//! The robots' side: served robots on real sockets, each at an IPv4 address of its own.
+//!
+//! Read [`Server::step`] first. One thread waits for all sockets at once, hands what arrived to the robots,
+//! lets every robot live whose time has come, and sends what they have to send. A robot has three sockets
+//! at its address: TCP and UDP 44818 for messages, UDP 2222 for class 1 frames; and a socket for each TCP
+//! connection. A ListIdentity that is broadcast comes to sockets that are bound to the broadcast
+//! addresses, where the system has such sockets (Linux); elsewhere, and when another process keeps them, a
+//! robot bound to 0.0.0.0 hears broadcasts, others do not.
+//!
+//! Invariants: a step ends within about [`STEP`]; no memory is taken per frame; what a peer does
+//! not read is kept up to [`BACKLOG`] bytes, then its connection is closed.
+
+use core::net::{Ipv4Addr, SocketAddr, SocketAddrV4};
+use std::boxed::Box;
+use std::io::{self, Read, Write};
+use std::net::{TcpListener, TcpStream, UdpSocket};
+use std::vec;
+use std::vec::Vec;
+
+use rustix::fd::AsFd;
+use socket2::{Domain, Protocol, Socket, Type};
+
+pub use super::bind_error::{BindError, Purpose};
+use super::network::ROOM;
+use super::served::{STEP, ServedRobot};
+use super::waiter::{Interest, Source, Waiter};
+use crate::bus::enip::adapter::{AdapterEvent, STREAMS, StreamId, Transmit};
+use crate::cycle::CyclicDevice;
+use crate::link::clock::MonotonicClock;
+use crate::time::{Duration, Instant};
+use crate::wire::enip::{IO_PORT, MESSAGE_PORT};
+
+/// Bytes that are kept for a peer that does not read.
+///
+/// Source: choice. Hundreds of answers.
+pub const BACKLOG: usize = 65_536;
+/// Messages that one socket hands over in a step, and that a robot sends in a step.
+const AT_ONCE: usize = 64;
+/// Bytes that are read off a TCP connection in a step: an adapter keeps the answers to so many, however small the
+/// requests are.
+const PIECE: usize = 256;
+/// Connections that may wait to be accepted.
+const WAITING: i32 = 16;
+/// How long no connections are accepted after the system could not give one.
+const REST: Duration = Duration::from_millis(100);
+/// Class of service of class 1 frames: DSCP 47, scheduled.
+///
+/// Source: CIP volume 2.
+const TOS: u32 = 47 << 2;
+
+/// Keys of a robot's sockets: this many for each robot, TCP connections behind the first three.
+const KEYS: usize = 16;
+const LISTENER: usize = 0;
+const MESSAGES: usize = 1;
+const FRAMES: usize = 2;
+const FIRST_STREAM: usize = 3;
+/// Keys from here on are those of broadcast sockets.
+const BROADCASTS: usize = usize::MAX / 2;
+const _: () = assert!(STREAMS + FIRST_STREAM <= KEYS);
+
+/// Ports of all robots.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Ports {
+    /// TCP and UDP port of messages; 44818.
+    pub message: u16,
+    /// UDP port of class 1 frames; 2222.
+    pub io: u16,
+}
+
+impl Default for Ports {
+    fn default() -> Self {
+        Self { message: MESSAGE_PORT, io: IO_PORT }
+    }
+}
+
+/// What passed, in datagrams.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ServerCounts {
+    /// Class 1 frames and messages received.
+    pub received: u64,
+    /// Class 1 frames and messages sent.
+    pub sent: u64,
+    /// Those that the system did not take: full buffers, no way to the address.
+    pub unsent: u64,
+    /// TCP connections closed because the peer did not read.
+    pub overfull: u64,
+}
+
+/// One TCP connection.
+struct Peer {
+    socket: TcpStream,
+    stream: StreamId,
+    /// What the system has not taken yet.
+    backlog: Vec<u8>,
+    /// Whether the system is to tell when it takes more.
+    waits_to_write: bool,
+}
+
+/// A robot and its sockets.
+struct Seat<D> {
+    robot: ServedRobot<D>,
+    listener: TcpListener,
+    messages: UdpSocket,
+    frames: UdpSocket,
+    peers: [Option<Peer>; STREAMS],
+    /// While the system has no connections to give.
+    rests_until: Option<Instant>,
+    /// Whether something arrived for it in this step.
+    is_touched: bool,
+}
+
+/// Robots at their addresses.
+pub struct Server<D> {
+    seats: Vec<Seat<D>>,
+    broadcasts: Vec<UdpSocket>,
+    waiter: Waiter,
+    clock: MonotonicClock,
+    ready: Vec<usize>,
+    room: Box<[u8]>,
+    counts: ServerCounts,
+    /// Whose events are told next.
+    teller: usize,
+}
+
+fn udp(address: SocketAddrV4, shared: bool) -> io::Result<UdpSocket> {
+    let socket = Socket::new(Domain::IPV4, Type::DGRAM, Some(Protocol::UDP))?;
+    socket.set_nonblocking(true)?;
+    if shared {
+        socket.set_reuse_address(true)?;
+    }
+    socket.bind(&SocketAddr::V4(address).into())?;
+    Ok(socket.into())
+}
+
+fn frames(address: SocketAddrV4) -> io::Result<UdpSocket> {
+    let socket = Socket::from(udp(address, false)?);
+    // Some systems keep these to themselves; frames travel without them too.
+    let _ = socket.set_tos_v4(TOS);
+    let _ = socket.set_multicast_ttl_v4(1);
+    if !address.ip().is_unspecified() {
+        let _ = socket.set_multicast_if_v4(address.ip());
+    }
+    Ok(socket.into())
+}
+
+fn listener(address: SocketAddrV4) -> io::Result<TcpListener> {
+    let socket = Socket::new(Domain::IPV4, Type::STREAM, Some(Protocol::TCP))?;
+    socket.set_nonblocking(true)?;
+    // Connections of an earlier process that linger do not hold the port on Unix; on Windows this would let two
+    // processes share it.
+    #[cfg(unix)]
+    socket.set_reuse_address(true)?;
+    socket.bind(&SocketAddr::V4(address).into())?;
+    socket.listen(WAITING)?;
+    Ok(socket.into())
+}
+
+impl<D: CyclicDevice> Seat<D> {
+    fn bind(address: Ipv4Addr, robot: ServedRobot<D>, ports: Ports) -> Result<Self, BindError> {
+        let message = SocketAddrV4::new(address, ports.message);
+        let io = SocketAddrV4::new(address, ports.io);
+        let failed = |address, purpose| move |cause| BindError::Socket { address, purpose, cause };
+        Ok(Self {
+            robot,
+            listener: listener(message).map_err(failed(message, Purpose::Sessions))?,
+            messages: udp(message, false).map_err(failed(message, Purpose::Messages))?,
+            frames: frames(io).map_err(failed(io, Purpose::Frames))?,
+            peers: [const { None }; STREAMS],
+            rests_until: None,
+            is_touched: false,
+        })
+    }
+
+    fn watch(&self, index: usize, waiter: &mut Waiter) -> io::Result<()> {
+        self.sources(index).try_for_each(|source| waiter.add(source))
+    }
+
+    /// All its sockets and what is waited for at them.
+    fn sources(&self, index: usize) -> impl Iterator<Item = Source<'_>> {
+        let listens = if self.rests_until.is_none() { Interest::Read } else { Interest::Nothing };
+        let peers = self.peers.iter().flatten().map(move |peer| peer.source(index));
+        [
+            source(key(index, LISTENER), &self.listener, listens),
+            source(key(index, MESSAGES), &self.messages, Interest::Read),
+            source(key(index, FRAMES), &self.frames, Interest::Read),
+        ]
+        .into_iter()
+        .chain(peers)
+    }
+
+    fn next_due(&self) -> Instant {
+        let due = self.robot.next_due();
+        self.rests_until.map_or(due, |until| until.min(due))
+    }
+}
+
+const fn key(index: usize, socket: usize) -> usize {
+    index * KEYS + socket
+}
+
+fn source(key: usize, socket: &impl AsFd, interest: Interest) -> Source<'_> {
+    Source { key, socket: socket.as_fd(), interest }
+}
+
+/// The next datagram of `socket`.
+fn datagram(socket: &UdpSocket, room: &mut [u8]) -> Option<(SocketAddrV4, usize)> {
+    // An error that belongs to an earlier datagram that we sent (nobody listens there) hides at most one that
+    // arrived until the next step.
+    match socket.recv_from(room).ok()? {
+        (len, SocketAddr::V4(from)) => Some((from, len)),
+        (_, SocketAddr::V6(_)) => None,
+    }
+}
+
+impl<D: CyclicDevice> Server<D> {
+    /// Serves each robot at the address beside it, which must be of this machine. Several robots need several
+    /// addresses; a single one may be at 0.0.0.0.
+    ///
+    /// # Errors
+    ///
+    /// [`BindError`]: two robots at one address, or a socket that cannot be had.
+    pub fn bind(robots: Vec<(Ipv4Addr, ServedRobot<D>)>, ports: Ports) -> Result<Self, BindError> {
+        let mut waiter = Waiter::new().map_err(|cause| BindError::Wait { cause })?;
+        let mut seats: Vec<Seat<D>> = Vec::with_capacity(robots.len());
+        let mut addresses = Vec::with_capacity(robots.len());
+        for (index, (address, robot)) in robots.into_iter().enumerate() {
+            if addresses.contains(&address) {
+                return Err(BindError::Twice { address });
+            }
+            addresses.push(address);
+            let seat = Seat::bind(address, robot, ports)?;
+            seat.watch(index, &mut waiter).map_err(|cause| BindError::Wait { cause })?;
+            seats.push(seat);
+        }
+        let broadcasts = Self::hear_broadcasts(&seats, &addresses, ports, &mut waiter);
+        Ok(Self {
+            seats,
+            broadcasts,
+            waiter,
+            clock: MonotonicClock::new(),
+            ready: Vec::new(),
+            room: vec![0; ROOM].into_boxed_slice(),
+            counts: ServerCounts::default(),
+            teller: 0,
+        })
+    }
+
+    /// Sockets at the broadcast addresses of the robots; those that cannot be had are left out.
+    fn hear_broadcasts(
+        seats: &[Seat<D>],
+        addresses: &[Ipv4Addr],
+        ports: Ports,
+        waiter: &mut Waiter,
+    ) -> Vec<UdpSocket> {
+        // A socket at 0.0.0.0 hears broadcasts by itself.
+        if !cfg!(target_os = "linux") || addresses.iter().any(|a| a.is_unspecified()) {
+            return Vec::new();
+        }
+        let mut heard = vec![Ipv4Addr::BROADCAST];
+        heard.extend(seats.iter().map(|seat| seat.robot.broadcast_address()));
+        heard.retain(|address| !addresses.contains(address));
+        heard.sort_unstable();
+        heard.dedup();
+        let mut sockets: Vec<UdpSocket> = Vec::new();
+        for address in heard {
+            let Ok(socket) = udp(SocketAddrV4::new(address, ports.message), true) else { continue };
+            let key = BROADCASTS + sockets.len();
+            if waiter.add(source(key, &socket, Interest::Read)).is_ok() {
+                sockets.push(socket);
+            }
+        }
+        sockets
+    }
+
+    /// The robots, in the order in which they were given.
+    pub fn robots(&self) -> impl ExactSizeIterator<Item = &ServedRobot<D>> {
+        self.seats.iter().map(|seat| &seat.robot)
+    }
+
+    /// The robots, to be acted upon between two steps as a person beside them would.
+    pub fn robots_mut(&mut self) -> impl ExactSizeIterator<Item = &mut ServedRobot<D>> {
+        self.seats.iter_mut().map(|seat| &mut seat.robot)
+    }
+
+    /// What passed so far.
+    #[must_use]
+    pub const fn counts(&self) -> ServerCounts {
+        self.counts
+    }
+
+    /// The time that the robots live in.
+    #[must_use]
+    pub fn now(&self) -> Instant {
+        self.clock.now()
+    }
+
+    /// The next thing that happened to a robot, and the robot's number. To be asked after every step.
+    pub fn next_event(&mut self) -> Option<(usize, AdapterEvent)> {
+        for _ in 0..self.seats.len() {
+            let index = self.teller;
+            if let Some(event) = self.seats.get_mut(index)?.robot.poll_event() {
+                return Some((index, event));
+            }
+            self.teller = (self.teller + 1) % self.seats.len();
+        }
+        None
+    }
+
+    /// Waits until something arrives or a robot's time has come, at most for [`STEP`], and does what is to be
+    /// done.
+    ///
+    /// # Errors
+    ///
+    /// The system refuses to wait for the sockets. The robots have lived nevertheless.
+    pub fn step(&mut self) -> io::Result<()> {
+        let now = self.clock.now();
+        let due = self.seats.iter().map(Seat::next_due).min();
+        let until = due.map_or(now + STEP, |due| due.min(now + STEP));
+        let limit = until.saturating_duration_since(now);
+        let mut ready = core::mem::take(&mut self.ready);
+        ready.clear();
+        let seats = self.seats.iter().enumerate();
+        let broadcasts = self.broadcasts.iter().enumerate();
+        let sources = seats.flat_map(|(index, seat)| seat.sources(index)).chain(
+            broadcasts.map(|(index, socket)| source(BROADCASTS + index, socket, Interest::Read)),
+        );
+        let waited = self.waiter.wait(sources, limit, |key| ready.push(key));
+        for key in &ready {
+            self.attend(*key);
+        }
+        self.ready = ready;
+        let now = self.clock.now();
+        for index in 0..self.seats.len() {
+            let Some(seat) = self.seats.get_mut(index) else { continue };
+            let is_due = seat.next_due() <= now;
+            if is_due {
+                seat.robot.live(now);
+            }
+            if core::mem::take(&mut seat.is_touched) || is_due {
+                self.send(index);
+            }
+        }
+        waited
+    }
+
+    /// Reads what arrived at the socket of this key.
+    fn attend(&mut self, key: usize) {
+        if key >= BROADCASTS {
+            self.attend_broadcast(key - BROADCASTS);
+            return;
+        }
+        let now = self.clock.now();
+        let (index, socket) = (key / KEYS, key % KEYS);
+        let Some(seat) = self.seats.get_mut(index) else { return };
+        seat.is_touched = true;
+        match socket {
+            LISTENER => seat.accept(now, index, &mut self.waiter),
+            MESSAGES => {
+                for _ in 0..AT_ONCE {
+                    let Some((from, len)) = datagram(&seat.messages, &mut self.room) else { break };
+                    self.counts.received += 1;
+                    let bytes = self.room.get(..len).unwrap_or(&[]);
+                    seat.robot.handle_message_datagram(now, from, bytes);
+                }
+            }
+            FRAMES => {
+                for _ in 0..AT_ONCE {
+                    let Some((from, len)) = datagram(&seat.frames, &mut self.room) else { break };
+                    self.counts.received += 1;
+                    let bytes = self.room.get(..len).unwrap_or(&[]);
+                    seat.robot.handle_io_datagram(now, from, bytes);
+                }
+            }
+            stream => {
+                let stream = stream - FIRST_STREAM;
+                seat.attend_stream(now, index, stream, &mut self.room, &mut self.waiter);
+            }
+        }
+    }
+
+    /// Every robot answers a broadcast, from its own address.
+    fn attend_broadcast(&mut self, socket: usize) {
+        let now = self.clock.now();
+        let Some(socket) = self.broadcasts.get(socket) else { return };
+        for _ in 0..AT_ONCE {
+            let Some((from, len)) = datagram(socket, &mut self.room) else { break };
+            self.counts.received += 1;
+            let bytes = self.room.get(..len).unwrap_or(&[]);
+            for seat in &mut self.seats {
+                seat.is_touched = true;
+                seat.robot.handle_message_datagram(now, from, bytes);
+            }
+        }
+    }
+
+    /// Sends what a robot has to send.
+    fn send(&mut self, index: usize) {
+        let now = self.clock.now();
+        let Some(seat) = self.seats.get_mut(index) else { return };
+        if seat.robot.take_departure() {
+            seat.peers = [const { None }; STREAMS];
+        }
+        seat.accept_again(now, index, &mut self.waiter);
+        for _ in 0..AT_ONCE {
+            let Some(transmit) = seat.robot.poll_transmit(now, &mut self.room) else { return };
+            match transmit {
+                Transmit::Stream { stream, len } => {
+                    let bytes = self.room.get(..len).unwrap_or(&[]);
+                    if seat.write(now, index, stream, bytes, &mut self.waiter).is_err() {
+                        self.counts.overfull += 1;
+                    }
+                }
+                Transmit::CloseStream { stream } => seat.close(stream),
+                Transmit::MessageDatagram { to, len } => {
+                    let bytes = self.room.get(..len).unwrap_or(&[]);
+                    self.counts.count(seat.messages.send_to(bytes, to));
+                }
+                Transmit::IoDatagram { to, len } => {
+                    let bytes = self.room.get(..len).unwrap_or(&[]);
+                    self.counts.count(seat.frames.send_to(bytes, to));
+                }
+            }
+        }
+        // The rest goes in the next step.
+        seat.is_touched = true;
+    }
+}
+
+impl ServerCounts {
+    fn count(&mut self, sent: io::Result<usize>) {
+        match sent {
+            Ok(_) => self.sent += 1,
+            Err(_) => self.unsent += 1,
+        }
+    }
+}
+
+/// A connection was closed because its peer does not read.
+struct Overfull;
+
+impl<D: CyclicDevice> Seat<D> {
+    fn accept(&mut self, now: Instant, index: usize, waiter: &mut Waiter) {
+        for _ in 0..AT_ONCE {
+            let (socket, peer) = match self.listener.accept() {
+                Ok((socket, SocketAddr::V4(peer))) => (socket, peer),
+                Ok(_) => continue,
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => return,
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+                Err(error) if error.kind() == io::ErrorKind::ConnectionAborted => continue,
+                Err(_) => {
+                    // No files left, or no memory: it would be told again at once.
+                    self.rests_until = Some(now + REST);
+                    let key = key(index, LISTENER);
+                    let _ = waiter.change(source(key, &self.listener, Interest::Nothing));
+                    return;
+                }
+            };
+            let Some(stream) = self.robot.handle_accepted(now, peer) else { continue };
+            let key = key(index, FIRST_STREAM + stream.index());
+            let is_set_up = socket.set_nonblocking(true).is_ok()
+                && waiter.add(source(key, &socket, Interest::Read)).is_ok();
+            let _ = socket.set_nodelay(true);
+            match self.peers.get_mut(stream.index()) {
+                Some(place) if is_set_up => {
+                    *place = Some(Peer::new(socket, stream));
+                }
+                _ => self.robot.handle_stream_closed(now, stream),
+            }
+        }
+    }
+
+    fn accept_again(&mut self, now: Instant, index: usize, waiter: &mut Waiter) {
+        if self.rests_until.is_some_and(|until| until <= now) {
+            self.rests_until = None;
+            let source = source(key(index, LISTENER), &self.listener, Interest::Read);
+            let _ = waiter.change(source);
+        }
+    }
+
+    fn attend_stream(
+        &mut self,
+        now: Instant,
+        index: usize,
+        stream: usize,
+        room: &mut [u8],
+        waiter: &mut Waiter,
+    ) {
+        let Some(place) = self.peers.get_mut(stream) else { return };
+        let Some(peer) = place else { return };
+        // The system may take more now.
+        if !peer.backlog.is_empty() && peer.write_backlog(index, waiter).is_err() {
+            self.end(now, stream);
+            return;
+        }
+        let room = room.get_mut(..PIECE).unwrap_or_default();
+        let read = peer.socket.read(room);
+        let id = peer.stream;
+        match read {
+            Ok(len) if len > 0 => {
+                self.robot.handle_stream(now, id, room.get(..len).unwrap_or(&[]));
+            }
+            Err(error)
+                if matches!(
+                    error.kind(),
+                    io::ErrorKind::WouldBlock | io::ErrorKind::Interrupted
+                ) => {}
+            _ => self.end(now, stream),
+        }
+    }
+
+    /// A connection ended at the peer's side, or shall end because of the peer.
+    fn end(&mut self, now: Instant, stream: usize) {
+        if let Some(peer) = self.peers.get_mut(stream).and_then(Option::take) {
+            self.robot.handle_stream_closed(now, peer.stream);
+        }
+    }
+
+    /// The robot closes a connection. What it sent before leaves first if the system takes it.
+    fn close(&mut self, stream: StreamId) {
+        if let Some(place) = self.peers.get_mut(stream.index()) {
+            *place = None;
+        }
+    }
+
+    fn write(
+        &mut self,
+        now: Instant,
+        index: usize,
+        stream: StreamId,
+        bytes: &[u8],
+        waiter: &mut Waiter,
+    ) -> Result<(), Overfull> {
+        let Some(Some(peer)) = self.peers.get_mut(stream.index()) else { return Ok(()) };
+        if peer.backlog.len() + bytes.len() > BACKLOG {
+            self.end(now, stream.index());
+            return Err(Overfull);
+        }
+        let was_empty = peer.backlog.is_empty();
+        peer.backlog.extend_from_slice(bytes);
+        if was_empty && peer.write_backlog(index, waiter).is_err() {
+            self.end(now, stream.index());
+        }
+        Ok(())
+    }
+}
+
+impl Peer {
+    const fn new(socket: TcpStream, stream: StreamId) -> Self {
+        Self { socket, stream, backlog: Vec::new(), waits_to_write: false }
+    }
+
+    fn source(&self, index: usize) -> Source<'_> {
+        let interest = if self.waits_to_write { Interest::ReadAndWrite } else { Interest::Read };
+        source(key(index, FIRST_STREAM + self.stream.index()), &self.socket, interest)
+    }
+
+    fn set_waits_to_write(
+        &mut self,
+        waits: bool,
+        index: usize,
+        waiter: &mut Waiter,
+    ) -> io::Result<()> {
+        if waits == core::mem::replace(&mut self.waits_to_write, waits) {
+            return Ok(());
+        }
+        waiter.change(self.source(index))
+    }
+
+    /// Writes what the system takes; what is left waits until it takes more.
+    fn write_backlog(&mut self, index: usize, waiter: &mut Waiter) -> io::Result<()> {
+        while !self.backlog.is_empty() {
+            match self.socket.write(&self.backlog) {
+                Ok(0) => return Err(io::ErrorKind::WriteZero.into()),
+                Ok(len) => {
+                    self.backlog.drain(..len);
+                }
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
+                    return self.set_waits_to_write(true, index, waiter);
+                }
+                Err(error) => return Err(error),
+            }
+        }
+        self.set_waits_to_write(false, index, waiter)
+    }
+}

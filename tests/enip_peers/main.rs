@@ -1,0 +1,15 @@
+//! Both ends against peers that others wrote, on loopback: `ciplink`'s adapter, the scanner
+//! `ethernetip`, and a dissector that reads everything.
+//!
+//! What needs root or a peer that is not installed says `skipped:` and why. CI runs all.
+#![cfg(all(feature = "cli", target_os = "linux"))]
+
+#[path = "../support/loopback.rs"]
+mod loopback;
+#[path = "../support/namespaces.rs"]
+mod namespaces;
+
+mod capture;
+mod ciplink;
+mod dissected;
+mod ethernetip;
