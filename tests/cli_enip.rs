@@ -23,7 +23,7 @@ const LONG: Duration = Duration::from_secs(60);
 /// A program that needs neither activation nor homing, so it ends soon.
 const SHORT: &str = "ActivateSim()\nDeactivateSim()\n";
 
-/// Tests that keep to real time take turns: cores are few.
+/// Tests that keep to real time, or a core busy, take turns: cores are few.
 static TURN: Mutex<()> = Mutex::new(());
 
 fn turn() -> MutexGuard<'static, ()> {
@@ -239,6 +239,26 @@ fn a_robot_that_goes_away_ends_the_run() {
 }
 
 #[test]
+fn silence_that_the_watchdog_allows_does_not_end_the_run() {
+    let _turn = turn();
+    let address = address();
+    let serving = serve(&address, &[]);
+    let scratch = Scratch::new("enip_silent");
+    let program = scratch.write("pause.txt", "SetCheckpoint(1)\nDelay(3)\nSetCheckpoint(2)\n");
+    // A watchdog of five seconds.
+    let link = format!("enip:{address}?multiplier=512");
+    let mut running = Running::start(&mut fieldarm(&["run", &program, "--link", &link]));
+    running.wait_for("checkpoint 1 reached", LONG);
+    thread::sleep(Duration::from_millis(300));
+    serving.signal("-STOP");
+    thread::sleep(Duration::from_millis(800));
+    serving.signal("-CONT");
+    let (status, said) = running.end(LONG);
+    assert_eq!(status.code(), Some(0), "{said}");
+    assert!(!end(serving).contains("timed out"), "{said}");
+}
+
+#[test]
 fn a_probe_tells_what_a_robot_accepts_and_sends() {
     let _turn = turn();
     let address = address();
@@ -441,6 +461,7 @@ fn power_that_is_cut_takes_a_robot_off_the_network_until_it_has_booted() {
 
 #[test]
 fn the_whole_stack_runs_in_memory_in_simulated_time() {
+    let _turn = turn();
     let scratch = Scratch::new("enip_sim");
     let directory = scratch.path("report");
     let link = "enip-sim?rpi_ms=2&t2o=multicast";
@@ -466,6 +487,7 @@ fn the_whole_stack_runs_in_memory_in_simulated_time() {
 
 #[test]
 fn more_robots_than_fit_on_an_ethercat_segment_share_one_run() {
+    let _turn = turn();
     let scratch = Scratch::new("enip_many");
     let program = scratch.write("short.txt", SHORT);
     let ended = run(&["run", &program, "--link", "enip-sim", "--fast", "--robots", "17"]);

@@ -499,6 +499,9 @@ fn config(args: &RunArgs, period: Duration, program: &Program) -> Result<Config,
     };
     let delay_cycles = longest_delay.as_micros().div_ceil(period.as_micros().max(1));
     let delay_cycles = u16::try_from(delay_cycles).unwrap_or(u16::MAX);
+    // Whoever asks for a longer watchdog wants to outlast longer silence: the connection says when it is over.
+    let watchdog_cycles = args.link.enip_options().map_or(0, |options| options.multiplier.factor());
+    let watchdog_cycles = u16::try_from(watchdog_cycles).unwrap_or(u16::MAX);
     Ok(Config {
         byte_order: match args.byte_order.fixed() {
             Some(order) => ByteOrderSetting::Fixed(order),
@@ -508,6 +511,7 @@ fn config(args: &RunArgs, period: Duration, program: &Program) -> Result<Config,
         // Completion of every single line is worth more here than the last command per second.
         checkpoints: CheckpointPolicy::EachCommand,
         checkpoint_range: CheckpointRange { first, last },
+        bad_cycles_limit: defaults.bad_cycles_limit.max(watchdog_cycles),
         settle_cycles: defaults.settle_cycles.max(delay_cycles),
         // The runner refreshes a velocity in every cycle; a late one must not stop the motion.
         velocity_dead_man: defaults.velocity_dead_man.max(4 * period),
