@@ -235,6 +235,41 @@ fn is_closed(stream: &mut TcpStream) -> bool {
     }
 }
 
+/// Which timer of the system runs for the connection from `peer` to `robot`: 2 asks whether the peer is alive.
+#[cfg(target_os = "linux")]
+fn timer(robot: SocketAddrV4, peer: SocketAddrV4) -> Option<String> {
+    let shown = |address: SocketAddrV4| {
+        let ip = u32::from_ne_bytes(address.ip().octets());
+        format!("{ip:08X}:{:04X}", address.port())
+    };
+    let table = std::fs::read_to_string("/proc/net/tcp").expect("a table of connections");
+    table.lines().find_map(|line| {
+        let fields: Vec<&str> = line.split_whitespace().collect();
+        let is_it = fields.get(1) == Some(&shown(robot).as_str())
+            && fields.get(2) == Some(&shown(peer).as_str());
+        is_it.then(|| fields.get(5).unwrap_or(&"").chars().take(2).collect())
+    })
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn the_system_asks_whether_a_silent_peer_is_still_there() {
+    let address = loopback::address();
+    let served = Served::at(&[address]);
+    served.until("on its bus", |server| server.robots().all(|robot| robot.is_on_bus()));
+    let stream = connect(address);
+    let std::net::SocketAddr::V4(peer) = stream.local_addr().expect("a local address") else {
+        panic!("not IPv4");
+    };
+    let robot = SocketAddrV4::new(address, MESSAGE_PORT);
+    // Accepting takes a moment.
+    let asks = (0..1_000).any(|_| {
+        served.counts();
+        timer(robot, peer).as_deref() == Some("02")
+    });
+    assert!(asks, "{:?}", timer(robot, peer));
+}
+
 #[test]
 fn a_robot_without_power_closes_its_connections_and_serves_again_when_it_is_back() {
     let address = loopback::address();

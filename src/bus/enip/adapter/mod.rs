@@ -17,6 +17,8 @@
 //!   32 of the adapter's host number. Groups carry the owner's view of the inputs.
 //! * Who listens to a group ends with the last owner or input-only connection of this group; who listens
 //!   point-to-point, with the last of all.
+//! * A TCP connection that is silent for as long as [`AdapterSettings::inactivity`] says is closed, unless a
+//!   class 1 connection that was opened over it is open.
 //! * Deadlines are checked by whatever is called next: a connection whose watchdog has expired takes no frame
 //!   any more, also if `handle_timeout` comes late.
 //!
