@@ -14,7 +14,7 @@
 //!   (2222 without one); an address in that item is not heeded, lest frames be sent to third parties.
 //! * Multicast T->O is shared: a request joins the slowest group that is as fast as it asks, or gets a group
 //!   of its own; listen-only requests join the fastest if all are too slow for them. The group is one of the
-//!   32 of the adapter's host number. Groups carry the owner's view of the inputs.
+//!   32 of the adapter's host number. A group carries the owner's view of the inputs while it serves the owner.
 //! * Who listens to a group ends with the last owner or input-only connection of this group; who listens
 //!   point-to-point, with the last of all.
 //! * A TCP connection that is silent for as long as [`AdapterSettings::inactivity`] says is closed, unless a
@@ -291,7 +291,8 @@ impl Adapter {
             return Some(Transmit::MessageDatagram { to, len });
         }
         let target = &mut self.target;
-        let (to, len) = target.productions.produce(now, &target.inputs, room)?;
+        let owners = target.connections.owner().map(|owner| owner.production);
+        let (to, len) = target.productions.produce(now, &target.inputs, owners, room)?;
         Some(Transmit::IoDatagram { to, len })
     }
 
@@ -323,8 +324,7 @@ impl Adapter {
         self.target.outputs()
     }
 
-    /// What is produced from now on: to the owner and to groups `controlling`, to unicast connections that only
-    /// monitor `monitoring`. Slices of another length change nothing. Counts as new data, also if equal.
+    /// What is produced from now on: to the owner, also by its group, `controlling`; to all others `monitoring`. Slices of another length change nothing. Counts as new data, also if equal.
     pub fn set_inputs(&mut self, controlling: &[u8], monitoring: &[u8]) {
         self.target.inputs.set(controlling, monitoring);
     }
