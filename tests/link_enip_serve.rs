@@ -157,8 +157,11 @@ fn robots_at_several_addresses_are_driven_by_one_scanner() {
         server.robots().map(|robot| robot.adapter().owner().is_some_and(|o| o.is_running)).collect()
     });
     assert_eq!(owned, vec![true; 3]);
-    let counts = served.counts();
-    assert!(counts.received >= 90 && counts.sent >= 90, "{counts:?}");
+    // On a machine that stalls, frames of the two directions are skipped in different cycles.
+    cycles_until(&mut segment, |_| {
+        let counts = served.counts();
+        counts.received >= 90 && counts.sent >= 90
+    });
     segment.close();
     served.until("all connections are closed", |server| {
         server.robots().all(|robot| robot.adapter().connections().count() == 0)
