@@ -7,8 +7,11 @@ mod cli_support;
 #[path = "support/namespaces.rs"]
 mod namespaces;
 
+use std::io::Write as _;
+use std::net::TcpListener;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::thread;
 use std::time::Duration;
 
 use cli_support::{Ended, Scratch, fieldarm, run};
@@ -20,7 +23,7 @@ const LONG: Duration = Duration::from_secs(60);
 /// A program that needs neither activation nor homing, so it ends soon.
 const SHORT: &str = "ActivateSim()\nDeactivateSim()\n";
 
-/// Tests that keep to real time take turns: cores are few.
+/// Tests that keep to real time, or a core busy, take turns: cores are few.
 static TURN: Mutex<()> = Mutex::new(());
 
 fn turn() -> MutexGuard<'static, ()> {
@@ -236,6 +239,26 @@ fn a_robot_that_goes_away_ends_the_run() {
 }
 
 #[test]
+fn silence_that_the_watchdog_allows_does_not_end_the_run() {
+    let _turn = turn();
+    let address = address();
+    let serving = serve(&address, &[]);
+    let scratch = Scratch::new("enip_silent");
+    let program = scratch.write("pause.txt", "SetCheckpoint(1)\nDelay(3)\nSetCheckpoint(2)\n");
+    // A watchdog of five seconds.
+    let link = format!("enip:{address}?multiplier=512");
+    let mut running = Running::start(&mut fieldarm(&["run", &program, "--link", &link]));
+    running.wait_for("checkpoint 1 reached", LONG);
+    thread::sleep(Duration::from_millis(300));
+    serving.signal("-STOP");
+    thread::sleep(Duration::from_millis(800));
+    serving.signal("-CONT");
+    let (status, said) = running.end(LONG);
+    assert_eq!(status.code(), Some(0), "{said}");
+    assert!(!end(serving).contains("timed out"), "{said}");
+}
+
+#[test]
 fn a_probe_tells_what_a_robot_accepts_and_sends() {
     let _turn = turn();
     let address = address();
@@ -354,6 +377,47 @@ fn refusals_name_their_reason_and_end_in_time() {
     assert!(said.contains("check that the device is switched on"), "{said}");
 }
 
+/// What listens at the port of EtherNet/IP and is none: it answers each connection with `answer`, then says
+/// nothing more.
+fn impostor(address: &str, answer: &'static [u8]) {
+    let listener = TcpListener::bind((address, 44818)).expect("an address of this test");
+    thread::spawn(move || {
+        let mut streams = Vec::new();
+        for stream in listener.incoming() {
+            let mut stream = stream.expect("a connection");
+            // Who hung up does not want it.
+            let _ = stream.write_all(answer);
+            streams.push(stream);
+        }
+    });
+}
+
+#[test]
+fn what_is_no_ethernet_ip_device_is_told_apart_from_a_robot() {
+    let _turn = turn();
+    let address = address();
+    impostor(&address, b"");
+    let babbler = behind(&address, 1);
+    impostor(&babbler, b"HTTP/1.1 400 Bad Request\r\nContent-Length: 0\r\n\r\n");
+    let remedy = "check that what listens there is an EtherNet/IP device";
+    for (address, reason) in
+        [(&address, "does not answer RegisterSession"), (&babbler, "cannot be read")]
+    {
+        let link = format!("enip:{address}");
+        let (code, said) = ended(&["run", "programs/square.txt", "--link", &link]);
+        assert_eq!(code, Some(4), "{said}");
+        assert!(said.contains(reason) && said.contains(remedy), "{said}");
+    }
+    // Whoever does not want to wait for a silent device need not, and is not told that the link failed.
+    let link = format!("enip:{address}");
+    for arguments in [&["probe", &*link][..], &["run", "programs/square.txt", "--link", &link]] {
+        let waiting = Running::start(&mut fieldarm(arguments));
+        thread::sleep(Duration::from_secs(1));
+        let (status, said) = waiting.interrupt(LONG);
+        assert_eq!(status.code(), Some(130), "{arguments:?}: {said}");
+    }
+}
+
 #[test]
 fn addresses_that_cannot_be_served_are_told_with_the_reason() {
     let address = address();
@@ -397,6 +461,7 @@ fn power_that_is_cut_takes_a_robot_off_the_network_until_it_has_booted() {
 
 #[test]
 fn the_whole_stack_runs_in_memory_in_simulated_time() {
+    let _turn = turn();
     let scratch = Scratch::new("enip_sim");
     let directory = scratch.path("report");
     let link = "enip-sim?rpi_ms=2&t2o=multicast";
@@ -420,6 +485,16 @@ fn the_whole_stack_runs_in_memory_in_simulated_time() {
     }
 }
 
+#[test]
+fn more_robots_than_fit_on_an_ethercat_segment_share_one_run() {
+    let _turn = turn();
+    let scratch = Scratch::new("enip_many");
+    let program = scratch.write("short.txt", SHORT);
+    let ended = run(&["run", &program, "--link", "enip-sim", "--fast", "--robots", "17"]);
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+    assert!(ended.stdout.contains("17 robots over enip-sim"), "{ended:?}");
+}
+
 /// What is said to arguments that are refused before anything is opened.
 fn mistake(arguments: &[&str]) -> String {
     let Ended { code, stdout, stderr } = run(arguments);
@@ -430,7 +505,7 @@ fn mistake(arguments: &[&str]) -> String {
 #[test]
 fn mistakes_are_told_with_their_remedy() {
     let run = |more: &[&str]| mistake(&[&["run", "programs/square.txt", "--link"], more].concat());
-    let cases: [(&[&str], &str); 9] = [
+    let cases: [(&[&str], &str); 11] = [
         (
             &["enip:127.0.0.1?rpi=10"],
             "`rpi` is no option of this link; there are rpi_ms, multiplier",
@@ -443,14 +518,20 @@ fn mistakes_are_told_with_their_remedy() {
         (&["enip-sim", "--cycle-us", "1000"], "ask for one with ?rpi_ms= behind --link"),
         (&["enip:127.0.0.1", "--fast"], "leave --fast away, or use --link enip-sim"),
         (&["enip:127.0.0.1", "--clocks"], "--clocks is about EtherCAT"),
+        (
+            &["enip:127.0.0.1-2?bind=192.0.2.1", "--robots", "2"],
+            "cannot open a UDP port at 192.0.2.1",
+        ),
+        (&["enip-sim", "--robots", "65"], "65 is not in 1..=64"),
     ];
     for (arguments, message) in cases {
         let said = run(arguments);
         assert!(said.contains(message), "{arguments:?}: {said}");
     }
-    let cases: [(&[&str], &str); 8] = [
+    let cases: [(&[&str], &str); 9] = [
         (&["sim"], "<--ethercat <IFACE>|--enip <ADDR>>"),
         (&["sim", "--enip", "127.0.0.1", "--ethercat", "eth0"], "cannot be used with"),
+        (&["sim", "--enip", "eth0"], "an IPv4 address of this machine"),
         (&["sim", "--enip", "127.0.0.1", "--alias", "1"], "cannot be used with"),
         (&["sim", "--ethercat", "eth0", "--monitoring-only"], "cannot be used with"),
         (&["sim", "--enip", "127.0.0.1", "--min-rpi-ms", "0"], "an interval in ms, 0.1 to 1000"),

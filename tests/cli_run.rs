@@ -240,18 +240,18 @@ fn a_program_may_do_everything_itself() {
 
 #[test]
 fn bad_usage_says_what_would_be_right() {
-    let cases: [(&[&str], &str); 12] = [
+    let cases: [(&[&str], &str); 13] = [
         (&["--link", "ethercat"], "ethercat needs the name of a network interface"),
         (&["--link", "ethercat:eth0:one"], "`one` is no position on the segment"),
         (
-            &["--link", "enip"],
-            "enip is coming in a later version; for now there are sim, ethercat-sim and \
-             ethercat:IFACE[:POSITION]",
+            &["--link", "profinet"],
+            "profinet is coming in a later version; for now there are sim, ethercat-sim, \
+             ethercat:IFACE[:POSITION], enip-sim and enip:ADDR",
         ),
         (
             &["--link", "usb"],
-            "for now there are sim, ethercat-sim and ethercat:IFACE[:POSITION]; enip, profinet and \
-             tcp are coming",
+            "for now there are sim, ethercat-sim, ethercat:IFACE[:POSITION], enip-sim and enip:ADDR; \
+             profinet and tcp are coming",
         ),
         (
             &["--link", "ethercat:eth0", "--fast"],
@@ -266,8 +266,9 @@ fn bad_usage_says_what_would_be_right() {
             "--link ethercat:eth0:1 is one robot, --robots 2 wants more: --link ethercat:eth0 takes \
              the first 2 of the segment",
         ),
-        (&["--robots", "0"], "0 is not in 1..=16"),
-        (&["--robots", "17"], "17 is not in 1..=16"),
+        (&["--robots", "0"], "0 is not in 1..=64"),
+        (&["--robots", "17"], "--robots 17: --link sim drives 16 at most"),
+        (&["--robots", "65"], "65 is not in 1..=64"),
         (&["--cycle-us", "0"], "0 is not in 100..=100000"),
         (&["--byte-order", "middle"], "possible values: auto, big, little"),
         (&["--revision", "R5"], "possible values: R3, R4"),

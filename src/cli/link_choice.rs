@@ -54,8 +54,13 @@ impl LinkChoice {
         match (name, rest) {
             ("sim", None) => Ok(Self::Sim),
             ("ethercat-sim", None) => Ok(Self::EthercatSim),
-            ("sim" | "ethercat-sim" | "enip-sim", Some(_)) => {
+            ("sim" | "ethercat-sim", Some(_)) => {
                 Err(format!("{name} has its robots in this process; nothing may follow the name"))
+            }
+            ("enip-sim", Some(_)) => {
+                Err("enip-sim has its robots in this process: no address may \
+                                          follow the name, only ?KEY=VALUE"
+                    .into())
             }
             ("ethercat", rest) => Self::parse_ethercat(rest.unwrap_or_default()),
             ("enip", _) => EnipName::parse("").map(Self::Enip),
@@ -215,7 +220,7 @@ mod tests {
             ("enip:", "enip needs the address of a robot"),
             ("enip?rpi_ms=10", "for now there are sim"),
             ("enip:arm?rpi=10", "`rpi` is no option of this link; there are rpi_ms, multiplier"),
-            ("enip-sim:arm", "enip-sim has its robots in this process"),
+            ("enip-sim:arm", "enip-sim has its robots in this process: no address may follow"),
             ("enip-sim?bind=1.2.3.4", "enip-sim has no sockets, so `bind` means nothing"),
             ("profinet:eth0", "profinet is coming"),
             (

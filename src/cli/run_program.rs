@@ -9,6 +9,7 @@ use std::thread;
 
 use clap::{Args, ValueEnum};
 
+use super::enip::link_name::MOST_ROBOTS as MOST_ON_ENIP;
 use super::enip::words;
 use super::ethercat_options::EthercatOptions;
 use super::exit::{Exit, Failure};
@@ -23,6 +24,7 @@ use super::wording::counted;
 use super::{report_files, summary, virtual_robot, wording};
 use crate::engine::meca500::{ByteOrderSetting, CheckpointPolicy, CheckpointRange, Config, Engine};
 use crate::link::clock::MonotonicClock;
+use crate::link::ethercat::MAX_ROBOTS;
 use crate::run::drive::drive_all;
 use crate::run::outcome::Outcome;
 use crate::run::pace::{AnyPace, RealTime, SimulatedTime};
@@ -85,8 +87,9 @@ pub(super) struct RunArgs {
     /// io_port (2222, 0 for any).
     #[arg(long, default_value = "sim", value_parser = LinkChoice::parse)]
     link: LinkChoice,
-    /// Robots on the segment: 1 to 16; 1 without it. Of --link enip:ADDR,ADDR each address is one.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=16))]
+    /// Robots on the segment: 1 to 16, on EtherNet/IP to 64; 1 without it. Of --link enip:ADDR,ADDR each
+    /// address is one.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=64))]
     robots: Option<u8>,
     /// Period of the bus cycle, in microseconds: 100 to 100000; 1000 without it. On EtherNet/IP the robot
     /// decides, after ?rpi_ms= asked.
@@ -177,7 +180,15 @@ impl RunArgs {
                 words::ms(options.rpi)
             )));
         }
+        let most = if self.link.enip_options().is_some() { MOST_ON_ENIP } else { MAX_ROBOTS };
         let (programs, robots) = (self.programs.len(), self.robots());
+        if robots > most {
+            return Err(Failure::usage(format!(
+                "--robots {robots}: --link {} drives {most} at most{}",
+                self.link,
+                if most < MOST_ON_ENIP { "; on EtherNet/IP there may be more" } else { "" }
+            )));
+        }
         if programs != 1 && programs != robots {
             let noun = if robots == 1 { "robot" } else { "robots" };
             return Err(Failure::usage(format!(
@@ -280,6 +291,11 @@ impl RunArgs {
 /// While a link is opened: an interrupt ends the process at once.
 static NOTHING_MOVES: AtomicBool = AtomicBool::new(false);
 
+/// Says whether anything moves or is connected that would have to be ended in good order.
+pub(super) fn set_nothing_moves(nothing_moves: bool) {
+    NOTHING_MOVES.store(nothing_moves, Ordering::Relaxed);
+}
+
 /// One robot of the run, and what becomes of it.
 struct Robot<'p> {
     source: &'p Source,
@@ -313,7 +329,7 @@ pub(super) fn run(args: &RunArgs) -> Result<Exit, Failure> {
     let count = args.robots();
     let interrupted = catch_interrupts()?;
     // Nothing moves yet, so whoever interrupts now need not wait.
-    NOTHING_MOVES.store(true, Ordering::Relaxed);
+    set_nothing_moves(true);
     let segment = open_segment(Opening {
         link: &args.link,
         robots: count,
@@ -323,7 +339,7 @@ pub(super) fn run(args: &RunArgs) -> Result<Exit, Failure> {
         revision: args.revision.into(),
         is_quiet: args.quiet,
     })?;
-    NOTHING_MOVES.store(false, Ordering::Relaxed);
+    set_nothing_moves(false);
     // Where the robots decide it, it may be another than was asked for.
     let period = segment.period().unwrap_or(args.cycle());
     // One program serves all robots.
@@ -483,6 +499,9 @@ fn config(args: &RunArgs, period: Duration, program: &Program) -> Result<Config,
     };
     let delay_cycles = longest_delay.as_micros().div_ceil(period.as_micros().max(1));
     let delay_cycles = u16::try_from(delay_cycles).unwrap_or(u16::MAX);
+    // Whoever asks for a longer watchdog wants to outlast longer silence: the connection says when it is over.
+    let watchdog_cycles = args.link.enip_options().map_or(0, |options| options.multiplier.factor());
+    let watchdog_cycles = u16::try_from(watchdog_cycles).unwrap_or(u16::MAX);
     Ok(Config {
         byte_order: match args.byte_order.fixed() {
             Some(order) => ByteOrderSetting::Fixed(order),
@@ -492,6 +511,7 @@ fn config(args: &RunArgs, period: Duration, program: &Program) -> Result<Config,
         // Completion of every single line is worth more here than the last command per second.
         checkpoints: CheckpointPolicy::EachCommand,
         checkpoint_range: CheckpointRange { first, last },
+        bad_cycles_limit: defaults.bad_cycles_limit.max(watchdog_cycles),
         settle_cycles: defaults.settle_cycles.max(delay_cycles),
         // The runner refreshes a velocity in every cycle; a late one must not stop the motion.
         velocity_dead_man: defaults.velocity_dead_man.max(4 * period),

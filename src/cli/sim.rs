@@ -69,7 +69,7 @@ pub(super) struct SimArgs {
     #[arg(long, value_name = "IFACE", conflicts_with_all = ["enip", "tcp"])]
     ethercat: Option<String>,
     /// Address of this machine to serve at; further robots stand at the addresses behind it.
-    #[arg(long, value_name = "ADDR")]
+    #[arg(long, value_name = "ADDR", value_parser = parse_address)]
     enip: Option<Ipv4Addr>,
     /// Address of this machine with the robot's control port, 10000 unless it is given as ADDR:PORT.
     #[arg(long, value_name = "ADDR")]
@@ -247,6 +247,12 @@ fn line(args: &SimArgs) -> Result<Vec<EmulatedRobot>, Failure> {
 }
 
 /// As `10` or `0.5`.
+fn parse_address(text: &str) -> Result<Ipv4Addr, String> {
+    text.parse().map_err(|_| {
+        "an IPv4 address of this machine, as `ip addr` lists them, or one of 127.0.0.0/8".into()
+    })
+}
+
 fn parse_min_rpi(text: &str) -> Result<Duration, String> {
     match text.parse::<f64>() {
         Ok(ms) if (0.1..=1_000.0).contains(&ms) => {

@@ -10,9 +10,10 @@ use crate::wire::meca500::revision::Revision;
 
 /// How the virtual robots are built; all of them alike.
 #[derive(Args, Debug)]
-#[command(next_help_heading = "Virtual robots (--link sim, --link ethercat-sim)")]
+#[command(next_help_heading = "Virtual robots (--link sim, --link ethercat-sim, --link enip-sim)")]
 pub(super) struct SimArgs {
-    /// Byte order that the virtual robots speak; without it big behind sim, little behind ethercat-sim.
+    /// Byte order that the virtual robots speak; without it big behind sim, little behind
+    /// ethercat-sim and enip-sim.
     #[arg(long, value_enum, value_name = "ORDER")]
     sim_byte_order: Option<OrderName>,
     /// Tool on their flanges; without it megp25e.

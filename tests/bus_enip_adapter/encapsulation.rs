@@ -223,15 +223,70 @@ fn a_packet_that_is_too_long_is_refused_and_passed_over() {
 }
 
 #[test]
-fn a_silent_stream_stays() {
+fn a_silent_stream_is_closed_so_that_dead_peers_lock_nobody_out() {
     let mut robot = Robot::new();
+    let all: Vec<_> = (0..STREAMS).map(|_| robot.accept(peer(1))).collect();
+    assert_eq!(robot.adapter.handle_accepted(robot.now, peer(2)), None);
+    robot.advance(ms(119_000));
+    // Half a packet is no message; a NOP is one.
+    assert!(robot.feed(all[0], &packet(0x63, 0, &[])[..10]).is_empty());
+    assert!(robot.feed(all[5], &packet(0x00, 0, &[])).is_empty());
+    robot.advance(ms(999));
+    assert!(robot.closed.is_empty());
+    robot.advance(ms(1));
+    robot.closed.sort_unstable();
+    assert_eq!(robot.closed, [0, 1, 2, 3, 4, 6, 7]);
+    assert_eq!(robot.accept(peer(2)).index(), 0);
+    robot.closed.clear();
+    robot.advance(ms(118_999));
+    assert!(robot.closed.is_empty());
+    robot.advance(ms(1));
+    assert_eq!(robot.closed, [5]);
+}
+
+#[test]
+fn silence_is_noticed_by_whatever_is_called_next() {
+    let mut robot = Robot::new();
+    for _ in 0..STREAMS {
+        robot.accept(peer(1));
+    }
+    robot.now += ms(120_000);
+    // The places are free once the streams are closed.
+    assert_eq!(robot.adapter.handle_accepted(robot.now, peer(2)), None);
+    robot.flush();
+    assert_eq!(robot.closed.len(), STREAMS);
+    robot.accept(peer(2));
+}
+
+#[test]
+fn a_stream_may_be_silent_while_the_connection_opened_over_it_lives() {
+    let mut robot = Robot::new();
+    let (owner, other) = (robot.session(peer(1)), robot.session(peer(2)));
+    let opened = robot.open(owner, &open_request(&[]));
+    for count in 1..=1_500_u16 {
+        robot.output(peer(1), opened.o2t_id, (count.into(), count), true, 1);
+        robot.advance(ms(100));
+    }
+    assert_eq!(robot.closed, [other.stream.index()]);
+    // Its silence counts from the end of the connection: 60 ms from now.
+    robot.closed.clear();
+    robot.advance(ms(120_059));
+    assert!(robot.closed.is_empty());
+    robot.advance(ms(1));
+    assert_eq!(robot.closed, [owner.stream.index()]);
+}
+
+#[test]
+fn silence_is_a_setting() {
+    let never = AdapterSettings { inactivity: ms(0), ..AdapterSettings::meca500() };
+    let mut robot = Robot::with(never);
     let session = robot.session(peer(1));
     assert_eq!(robot.adapter.poll_timeout(), None);
     robot.advance(ms(86_400_000));
     robot.adapter.handle_timeout(robot.now);
     robot.flush();
     assert!(robot.closed.is_empty());
-    assert_eq!(robot.cip(session, &hex("0E 03 20 01 24 01 30 01")), hex("8E 00 00 00 1D 06"));
+    assert_eq!(robot.cip(session, &hex("0E 03 20 F5 24 01 30 0D")), hex("8E 00 00 00 00 00"));
 }
 
 #[test]

@@ -2,6 +2,8 @@
 
 use std::net::{Ipv4Addr, SocketAddrV4};
 
+use fieldarm::bus::enip::adapter::ConnectionStatus;
+
 use crate::support::Field::*;
 use crate::support::{GROUP, Robot, close_request, hex, ms, open_request, peer};
 
@@ -99,6 +101,32 @@ fn a_group_goes_on_until_the_last_who_is_more_than_a_listener() {
     assert_eq!(to_group(&robot), 0);
     let reply = robot.cip(session, &multicast("0B 00", MS_10, LISTEN_ONLY));
     assert_eq!(&reply[2..6], hex("01 01 19 01"));
+}
+
+#[test]
+fn a_group_without_an_owner_says_that_it_only_monitors() {
+    let mut robot = Robot::new();
+    let (one, two) = (robot.session(peer(1)), robot.session(peer(2)));
+    robot.adapter.set_inputs(&[1; 252], &[2; 252]);
+    let images = |robot: &mut Robot| {
+        robot.frames.clear();
+        robot.advance(ms(20));
+        robot.frames.iter().map(|frame| (frame.image()[0], frame.count())).collect::<Vec<_>>()
+    };
+    robot.open(two, &multicast("08 00", MS_10, INPUT_ONLY));
+    robot.flush();
+    assert_eq!(images(&mut robot), [(2, 1), (2, 1)]);
+    robot.open(one, &multicast("07 00", MS_10, OWNER));
+    assert_eq!(images(&mut robot), [(1, 2), (1, 2)]);
+    // The owner's frames get lost: it still hears the group, and must learn that it controls nothing. What it
+    // hears counts as new.
+    let serial = |connection: &ConnectionStatus| connection.triad.connection_serial;
+    let monitor = robot.adapter.connections().find(|it| serial(it) == 8).unwrap().o2t_id;
+    robot.advance(ms(9_000));
+    robot.frame(peer(2), monitor, (1, 1), &[]);
+    robot.advance(ms(1_000));
+    assert_eq!(robot.adapter.connections().map(|it| serial(&it)).collect::<Vec<_>>(), [8]);
+    assert_eq!(images(&mut robot), [(2, 3), (2, 3)]);
 }
 
 #[test]

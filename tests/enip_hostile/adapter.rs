@@ -31,6 +31,7 @@ const SETTINGS: AdapterSettings = AdapterSettings {
     rpi_step: Duration::from_millis(1),
     access: Access::Full,
     initial_watchdog: Duration::from_secs(10),
+    inactivity: Duration::from_secs(120),
     netmask: Ipv4Addr::new(255, 255, 255, 0),
     mac: [2, 0, 0, 0, 0, 1],
     host_name: "hostile",

@@ -56,7 +56,7 @@ pub enum ExplicitError {
     },
     /// No answer in time.
     #[error(
-        "{address}: no answer within {} ms while {step}; allow more time, or see whether the device is busy",
+        "{address}: no answer within {} ms while {step}; check that what listens there is an EtherNet/IP device, and whether it is busy",
         limit.as_millis()
     )]
     NoAnswer {

@@ -18,7 +18,7 @@ use std::vec;
 use std::vec::Vec;
 
 use rustix::fd::AsFd;
-use socket2::{Domain, Protocol, Socket, Type};
+use socket2::{Domain, Protocol, SockRef, Socket, TcpKeepalive, Type};
 
 pub use super::bind_error::{BindError, Purpose};
 use super::network::ROOM;
@@ -43,6 +43,11 @@ const PIECE: usize = 256;
 const WAITING: i32 = 16;
 /// How long no connections are accepted after the system could not give one.
 const REST: Duration = Duration::from_millis(100);
+/// Silence on a TCP connection after which the system asks whether the peer is still there, and how often.
+///
+/// Source: choice; a peer that is gone is noticed within two minutes or so.
+const KEEP_ALIVE: TcpKeepalive =
+    TcpKeepalive::new().with_time(Duration::from_secs(30)).with_interval(Duration::from_secs(10));
 /// Class of service of class 1 frames: DSCP 47, scheduled.
 ///
 /// Source: CIP volume 2.
@@ -460,6 +465,8 @@ impl<D: CyclicDevice> Seat<D> {
             let is_set_up = socket.set_nonblocking(true).is_ok()
                 && waiter.add(source(key, &socket, Interest::Read)).is_ok();
             let _ = socket.set_nodelay(true);
+            // A connection without O->T frames lives as long as its stream, and a peer without power ends none.
+            let _ = SockRef::from(&socket).set_tcp_keepalive(&KEEP_ALIVE);
             match self.peers.get_mut(stream.index()) {
                 Some(place) if is_set_up => {
                     *place = Some(Peer::new(socket, stream));

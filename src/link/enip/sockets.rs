@@ -55,8 +55,8 @@ impl Default for SocketSettings {
 pub enum OpenError {
     /// The address is not one of this machine, or not allowed.
     #[error(
-        "cannot open UDP port {port} at {address} ({kind}): bind to an address that this machine has on the \
-         robots' network"
+        "cannot open {} at {address} ({kind}): bind to an address that this machine has on the robots' network",
+        PortName(*port)
     )]
     Bind {
         /// Local address asked for.
@@ -69,6 +69,18 @@ pub enum OpenError {
     /// The system gives no more descriptors, or the like.
     #[error("the system refuses what waiting for sockets needs ({0}): close other programs")]
     System(ErrorKind),
+}
+
+/// A UDP port that was asked for, in words: 0 is none that anybody could look for.
+struct PortName(u16);
+
+impl core::fmt::Display for PortName {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self.0 {
+            0 => f.write_str("a UDP port"),
+            port => write!(f, "UDP port {port}"),
+        }
+    }
 }
 
 /// A TCP connection, there or on its way.

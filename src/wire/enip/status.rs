@@ -313,7 +313,8 @@ impl Refusal {
             Self::Ownership => (
                 "somebody else controls the robot",
                 "close the connection of the other scanner, or the controlling connection of another \
-                 protocol (TCP, PROFINET, the web interface), or listen only",
+                 protocol (TCP, PROFINET, the web interface), or listen only; if nobody has it, see whether \
+                 the robot is set to monitoring only (EnableEtherNetIp(2))",
             ),
             Self::NotFound => ("the target has no such connection", "open it anew"),
             Self::Size => (

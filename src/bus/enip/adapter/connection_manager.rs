@@ -2,13 +2,13 @@
 
 use core::net::SocketAddrV4;
 
+use super::AdapterEvent;
 use super::connection::Connection;
 use super::explicit::{Origin, Outcome};
 use super::multicast;
 use super::open::{self, Plan, Refused};
-use super::produce::{Production, View};
+use super::produce::Production;
 use super::target::{Target, count};
-use super::{AdapterEvent, ConnectionKind};
 use crate::time::{Duration, Instant};
 use crate::wire::enip::bytes::Reader;
 use crate::wire::enip::connection::{
@@ -153,17 +153,12 @@ impl Target {
             if id == o2t_id {
                 id = self.fresh_id();
             }
-            let view = View::Controlling;
-            return Some(Production::new(now, id, to, plan.t2o_api, Some(number), view));
+            return Some(Production::new(now, id, to, plan.t2o_api, Some(number)));
         }
         // Only the port is taken from the request: frames go to nobody but the one who asked.
         let port = origin.t2o_address.map(|address| address.port()).filter(|port| *port != 0);
         let to = SocketAddrV4::new(*origin.peer.ip(), port.unwrap_or(IO_PORT));
-        let view = match plan.kind {
-            ConnectionKind::ExclusiveOwner => View::Controlling,
-            ConnectionKind::InputOnly | ConnectionKind::ListenOnly => View::Monitoring,
-        };
-        Some(Production::new(now, open.t2o_id, to, plan.t2o_api, None, view))
+        Some(Production::new(now, open.t2o_id, to, plan.t2o_api, None))
     }
 
     /// Closes a connection, whoever opened it and with whichever path.

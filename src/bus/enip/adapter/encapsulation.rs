@@ -61,6 +61,7 @@ pub(super) fn receive(
     let mut bytes = bytes;
     while !stream.is_closing {
         let Some(arrived) = stream.input.push(&mut bytes) else { return };
+        stream.heard_at = now;
         let room = stream.output.room();
         let origin = Origin { peer: stream.peer, stream: id, t2o_address: None };
         let reaction = match arrived {

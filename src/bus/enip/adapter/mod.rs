@@ -14,9 +14,11 @@
 //!   (2222 without one); an address in that item is not heeded, lest frames be sent to third parties.
 //! * Multicast T->O is shared: a request joins the slowest group that is as fast as it asks, or gets a group
 //!   of its own; listen-only requests join the fastest if all are too slow for them. The group is one of the
-//!   32 of the adapter's host number. Groups carry the owner's view of the inputs.
+//!   32 of the adapter's host number. A group carries the owner's view of the inputs while it serves the owner.
 //! * Who listens to a group ends with the last owner or input-only connection of this group; who listens
 //!   point-to-point, with the last of all.
+//! * A TCP connection that is silent for as long as [`AdapterSettings::inactivity`] says is closed, unless a
+//!   class 1 connection that was opened over it is open.
 //! * Deadlines are checked by whatever is called next: a connection whose watchdog has expired takes no frame
 //!   any more, also if `handle_timeout` comes late.
 //!
@@ -198,21 +200,36 @@ impl Adapter {
         self.target.access != Access::Disabled
     }
 
+    /// Ends connections whose watchdog has expired, and TCP connections that have been silent for too long.
+    ///
+    /// A peer that is switched off says no farewell; without this, eight of them would lock everybody out.
+    fn expire(&mut self, now: Instant) {
+        let Self { streams, target, .. } = self;
+        for stream in streams.iter_mut().flatten().filter(|one| target.has_opened(one.peer)) {
+            stream.heard_at = stream.heard_at.max(now);
+        }
+        target.expire(now);
+        let inactivity = target.settings.inactivity;
+        for stream in streams.iter_mut().flatten() {
+            stream.is_closing |= stream.ends_at(inactivity).is_some_and(|end| end <= now);
+        }
+    }
+
     /// A TCP connection was accepted; `None` if there are too many, or while access is disabled: close it.
     pub fn handle_accepted(&mut self, now: Instant, peer: SocketAddrV4) -> Option<StreamId> {
-        self.target.expire(now);
+        self.expire(now);
         if !self.is_enabled() {
             return None;
         }
         let mut slots = (0_u8..).zip(&mut self.streams);
         let (index, slot) = slots.find(|(_, slot)| slot.is_none())?;
-        *slot = Some(Stream::new(peer));
+        *slot = Some(Stream::new(peer, now));
         Some(StreamId(index))
     }
 
     /// Bytes arrived on a TCP connection: any number of packets, whole or not.
     pub fn handle_stream(&mut self, now: Instant, stream: StreamId, bytes: &[u8]) {
-        self.target.expire(now);
+        self.expire(now);
         if let Some(Some(slot)) = self.streams.get_mut(stream.index()) {
             encapsulation::receive(&mut self.target, now, stream, slot, bytes);
         }
@@ -221,7 +238,7 @@ impl Adapter {
     /// A TCP connection was closed by the peer, or lost. Class 1 connections opened over it live on, unless
     /// they have no O->T frames.
     pub fn handle_stream_closed(&mut self, now: Instant, stream: StreamId) {
-        self.target.expire(now);
+        self.expire(now);
         self.forget_stream(stream);
     }
 
@@ -235,7 +252,7 @@ impl Adapter {
 
     /// A datagram on UDP 44818.
     pub fn handle_message_datagram(&mut self, now: Instant, from: SocketAddrV4, datagram: &[u8]) {
-        self.target.expire(now);
+        self.expire(now);
         if self.is_enabled() {
             self.datagrams.receive(&self.target, from, datagram);
         }
@@ -243,19 +260,24 @@ impl Adapter {
 
     /// A datagram on UDP 2222.
     pub fn handle_io_datagram(&mut self, now: Instant, from: SocketAddrV4, datagram: &[u8]) {
-        self.target.expire(now);
+        self.expire(now);
         self.target.consume(now, from, datagram);
     }
 
-    /// The time of [`Adapter::poll_timeout`] has come: ends connections whose watchdog has expired.
+    /// The time of [`Adapter::poll_timeout`] has come: ends connections whose watchdog has expired and closes
+    /// TCP connections that have been silent for too long.
     pub fn handle_timeout(&mut self, now: Instant) {
-        self.target.expire(now);
+        self.expire(now);
     }
 
-    /// When the next frame is to be produced or the next watchdog expires; `None` without connections.
+    /// When the next frame is to be produced, the next watchdog expires or a TCP connection has been silent
+    /// for too long; `None` without any.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Instant> {
-        let next = [self.target.productions.next_at(), self.target.connections.ends_at()];
+        let target = &self.target;
+        let silent = self.streams.iter().flatten().filter(|one| !target.has_opened(one.peer));
+        let silence = silent.filter_map(|one| one.ends_at(target.settings.inactivity)).min();
+        let next = [target.productions.next_at(), target.connections.ends_at(), silence];
         next.into_iter().flatten().min()
     }
 
@@ -269,7 +291,8 @@ impl Adapter {
             return Some(Transmit::MessageDatagram { to, len });
         }
         let target = &mut self.target;
-        let (to, len) = target.productions.produce(now, &target.inputs, room)?;
+        let owners = target.connections.owner().map(|owner| owner.production);
+        let (to, len) = target.productions.produce(now, &target.inputs, owners, room)?;
         Some(Transmit::IoDatagram { to, len })
     }
 
@@ -301,8 +324,7 @@ impl Adapter {
         self.target.outputs()
     }
 
-    /// What is produced from now on: to the owner and to groups `controlling`, to unicast connections that only
-    /// monitor `monitoring`. Slices of another length change nothing. Counts as new data, also if equal.
+    /// What is produced from now on: to the owner, also by its group, `controlling`; to all others `monitoring`. Slices of another length change nothing. Counts as new data, also if equal.
     pub fn set_inputs(&mut self, controlling: &[u8], monitoring: &[u8]) {
         self.target.inputs.set(controlling, monitoring);
     }
@@ -310,7 +332,7 @@ impl Adapter {
     /// What may be opened from now on. `Disabled` closes everything and answers nobody; `MonitoringOnly` ends an
     /// owner.
     pub fn set_access(&mut self, now: Instant, access: Access) {
-        self.target.expire(now);
+        self.expire(now);
         self.target.access = access;
         match access {
             Access::Full => {}
@@ -319,7 +341,7 @@ impl Adapter {
                 self.target.close_all();
                 self.datagrams = Datagrams::new();
                 for stream in self.streams.iter_mut().flatten() {
-                    *stream = Stream { is_closing: true, ..Stream::new(stream.peer) };
+                    *stream = Stream { is_closing: true, ..Stream::new(stream.peer, now) };
                 }
             }
         }

@@ -1,10 +1,14 @@
 //! T->O frames: what is produced, for whom, and when.
 //!
+//! What serves the owner, alone or among others of its group, carries the owner's view of the inputs; all
+//! else carries that of who only monitors, a group whose owner has left too. Otherwise an originator whose
+//! O->T frames got lost, and who still hears its group, would believe for ever that it controls the robot.
+//!
 //! Deadlines are absolute: each lies a whole number of intervals behind the first, so the mean gap is the
 //! API whatever the delay of single frames. Who comes too late for a deadline skips it.
 //!
 //! Every frame counts up the encapsulation sequence number. The sequence count of the data counts up with
-//! the first frame after new inputs were set, equal or not, and stays while there are none: a consumer sees
+//! the first frame after new inputs were set, equal or not, or the view changed, and stays while there are none: a consumer sees
 //! by it whether the robot still lives. Source: choice; the standard lets the producer say what is new.
 
 use core::net::SocketAddrV4;
@@ -67,13 +71,13 @@ pub(super) struct Production {
     pub(super) api: Duration,
     /// Number of the group, if it goes to one.
     pub(super) group: Option<u16>,
-    pub(super) view: View,
     /// When the next frame is due.
     next_at: Instant,
     sequence: u32,
     data_sequence: u16,
-    /// Generation of the inputs that went out last.
-    generation: u64,
+    /// View and generation of the inputs that went out last; `None` before the first frame, which counts as
+    /// new.
+    last: Option<(View, u64)>,
 }
 
 impl Production {
@@ -84,30 +88,23 @@ impl Production {
         to: SocketAddrV4,
         api: Duration,
         group: Option<u16>,
-        view: View,
     ) -> Self {
-        Self {
-            id,
-            to,
-            api,
-            group,
-            view,
-            next_at: now,
-            sequence: 0,
-            data_sequence: 0,
-            // Never equal: the first frame counts as new.
-            generation: u64::MAX,
-        }
+        Self { id, to, api, group, next_at: now, sequence: 0, data_sequence: 0, last: None }
     }
 
     /// Writes the frame that is due, if one is; its length.
-    fn produce(&mut self, now: Instant, inputs: &Inputs, room: &mut [u8]) -> Option<usize> {
+    fn produce(
+        &mut self,
+        now: Instant,
+        inputs: &Inputs,
+        view: View,
+        room: &mut [u8],
+    ) -> Option<usize> {
         if self.next_at > now {
             return None;
         }
         self.next_at = next_deadline(self.next_at, self.api, now);
-        if self.generation != inputs.generation {
-            self.generation = inputs.generation;
+        if self.last.replace((view, inputs.generation)) != Some((view, inputs.generation)) {
             self.data_sequence = self.data_sequence.wrapping_add(1);
         }
         self.sequence = self.sequence.wrapping_add(1);
@@ -115,7 +112,7 @@ impl Production {
             connection_id: self.id,
             sequence: self.sequence,
             data_sequence: self.data_sequence,
-            data: inputs.view(self.view),
+            data: inputs.view(view),
         };
         frame.write(None, room).ok()
     }
@@ -182,15 +179,19 @@ impl Productions {
     }
 
     /// Writes a frame that is due into `room`: where it goes and its length. Frames for which there is no
-    /// room are lost.
+    /// room are lost. `owners` is the place of what serves the owner.
     pub(super) fn produce(
         &mut self,
         now: Instant,
         inputs: &Inputs,
+        owners: Option<usize>,
         room: &mut [u8],
     ) -> Option<(SocketAddrV4, usize)> {
-        let mut all = self.places.iter_mut().flatten();
-        all.find_map(|one| one.produce(now, inputs, room).map(|len| (one.to, len)))
+        self.places.iter_mut().enumerate().find_map(|(place, production)| {
+            let production = production.as_mut()?;
+            let view = if owners == Some(place) { View::Controlling } else { View::Monitoring };
+            production.produce(now, inputs, view, room).map(|len| (production.to, len))
+        })
     }
 }
 

@@ -54,6 +54,12 @@ pub struct AdapterSettings {
     pub access: Access,
     /// How long the first O->T frame may take, unless the connection's own timeout is longer.
     pub initial_watchdog: Duration,
+    /// How long a TCP connection may be silent before it is closed, in whole seconds up to 3600, as the TCP/IP
+    /// interface object tells it; zero keeps it for ever. A TCP connection over which a class 1 connection was
+    /// opened counts as heard from as long as that is open.
+    ///
+    /// Source: CIP volume 2, chapter 5, attribute 13; what counts as heard from is a choice.
+    pub inactivity: Duration,
     /// Mask of the network that the adapter's address is in; what is left of the address chooses its groups.
     pub netmask: Ipv4Addr,
     /// Hardware address, as the Ethernet link object tells it.
@@ -64,7 +70,7 @@ pub struct AdapterSettings {
 
 impl AdapterSettings {
     /// A Meca500: assemblies 150 with 60 bytes and 100 with 252 bytes, configuration 151, RPI 10 ms to 3.2 s
-    /// in steps of 1 ms, everything may be opened, 10 s for the first frame.
+    /// in steps of 1 ms, everything may be opened, 10 s for the first frame, 120 s of silence over TCP.
     ///
     /// Source: PM L1770 for 10 ms, identity and assemblies from [`crate::wire::meca500::adapter`]; longest
     /// interval, step, network mask, hardware address and host name are a choice.
@@ -84,6 +90,7 @@ impl AdapterSettings {
             rpi_step: Duration::from_millis(1),
             access: Access::Full,
             initial_watchdog: Duration::from_secs(10),
+            inactivity: Duration::from_secs(120),
             netmask: Ipv4Addr::new(255, 255, 255, 0),
             // Locally administered: no robot has it.
             mac: [0x02, 0, 0, 0, 0, 0x01],

@@ -6,6 +6,7 @@
 use core::net::SocketAddrV4;
 
 use super::MAX_DATA_LEN;
+use crate::time::{Duration, Instant};
 use crate::wire::enip::encapsulation::{HEADER_LEN, Header, Packet};
 
 /// Bytes of the longest packet that is taken, and room that every answer fits into.
@@ -20,6 +21,8 @@ pub(super) struct Stream {
     pub(super) peer: SocketAddrV4,
     /// Handle of its session; 0 while none is registered.
     pub(super) session: u32,
+    /// When a whole packet came last, or a class 1 connection that was opened over it was last seen open.
+    pub(super) heard_at: Instant,
     /// What arrived and is not a whole packet yet.
     pub(super) input: Reassembly,
     /// What is to be sent.
@@ -29,10 +32,11 @@ pub(super) struct Stream {
 }
 
 impl Stream {
-    pub(super) const fn new(peer: SocketAddrV4) -> Self {
+    pub(super) const fn new(peer: SocketAddrV4, now: Instant) -> Self {
         Self {
             peer,
             session: 0,
+            heard_at: now,
             input: Reassembly {
                 bytes: [0; MAX_PACKET_LEN],
                 len: 0,
@@ -42,6 +46,11 @@ impl Stream {
             output: Output { bytes: [0; OUTPUT_LEN], start: 0, end: 0 },
             is_closing: false,
         }
+    }
+
+    /// When it has been silent for `inactivity`; `None` if that does not matter.
+    pub(super) fn ends_at(&self, inactivity: Duration) -> Option<Instant> {
+        (!inactivity.is_zero() && !self.is_closing).then(|| self.heard_at + inactivity)
     }
 }
 

@@ -153,6 +153,11 @@ impl Target {
         }
     }
 
+    /// Whether there is a connection that was opened over the TCP connection with `peer`.
+    pub(super) fn has_opened(&self, peer: SocketAddrV4) -> bool {
+        self.connections.iter().any(|connection| connection.originator == peer)
+    }
+
     /// Ends connections whose watchdog has expired.
     pub(super) fn expire(&mut self, now: Instant) {
         while self.end(Ending::TimedOut, |it| it.ends_at.is_some_and(|end| end <= now)) {

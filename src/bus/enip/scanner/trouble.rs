@@ -16,7 +16,7 @@ pub enum Trouble {
     Unreachable,
     /// The target does not answer an encapsulated request in time, or closes the TCP connection instead.
     #[error(
-        "the target does not answer {step}: check that it speaks EtherNet/IP on this port, that it has connections left, or allow it more time (step_limit)"
+        "the target does not answer {step}, or closes the TCP connection instead: check that what listens there is an EtherNet/IP device and that it has connections left; start it again if this stays"
     )]
     NoAnswer {
         /// Which request.
@@ -60,7 +60,7 @@ pub enum Trouble {
     },
     /// What it answered cannot be read.
     #[error(
-        "the target's answer to {step} cannot be read ({error}): record the traffic of port 44818 and compare firmware versions"
+        "the target's answer to {step} cannot be read ({error}): check that what listens there is an EtherNet/IP device; if it is, record the traffic of port 44818 and compare firmware versions"
     )]
     Malformed {
         /// What was asked.

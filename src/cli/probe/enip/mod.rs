@@ -15,7 +15,7 @@ use crate::cli::enip::connect::look_up;
 use crate::cli::enip::link_name::EnipName;
 use crate::cli::exit::{Exit, Failure};
 use crate::cli::grid::{pretty, print};
-use crate::cli::run_program::catch_interrupts;
+use crate::cli::run_program::{catch_interrupts, set_nothing_moves};
 use crate::link::enip::list_identity::list_identity;
 use crate::time::Duration;
 use crate::wire::enip::MESSAGE_PORT;
@@ -100,6 +100,8 @@ pub(super) fn run_one(args: &ProbeArgs, name: &EnipName) -> Result<Exit, Failure
         )));
     };
     let interrupted = catch_interrupts()?;
+    // Until it is known who is there nothing is connected: whoever interrupts need not wait for a silent device.
+    set_nothing_moves(true);
     let plan = Plan { address, options: name.options, frames: args.cycles.unwrap_or(FRAMES) };
     let seen = observe(&plan, &interrupted).map_err(|failure| Failure {
         message: format!("{name}: {}", failure.message),

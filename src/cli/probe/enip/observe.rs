@@ -18,6 +18,7 @@ use crate::cli::enip::link_name::EnipOptions;
 use crate::cli::enip::words;
 use crate::cli::exit::Failure;
 use crate::cli::probe::observe::{ASKED, read};
+use crate::cli::run_program::set_nothing_moves;
 use crate::cycle::CyclicSegment;
 use crate::engine::meca500::{OrderEvidence, OrderProbe};
 use crate::link::clock::MonotonicClock;
@@ -125,6 +126,7 @@ pub(super) fn observe(plan: &Plan, interrupted: &AtomicBool) -> Result<Observati
         Ok(_) if is_other => return Ok(seen),
         Ok(_) => {}
     }
+    set_nothing_moves(false);
     let mut network = open_sockets(&plan.options, &[address])?;
     for connection in connections(&plan.options) {
         if interrupted.load(Ordering::Relaxed) {

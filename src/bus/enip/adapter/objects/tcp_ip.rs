@@ -1,6 +1,6 @@
 //! TCP/IP interface (class F5h): 1 status, 2 capability, 3 control, 4 path of the link, 5 address, mask,
 //! gateway, name servers and domain, 6 host name, 8 time to live of multicast frames, 9 groups, 13 seconds
-//! without a message after which a TCP connection is closed: 0, never.
+//! without a message after which a TCP connection is closed; 0 is never.
 
 use core::net::Ipv4Addr;
 
@@ -42,7 +42,7 @@ pub(super) fn put(target: &Target, attribute: u32, writer: &mut Writer<'_>) -> b
             writer.u16(GROUPS);
             writer.u32(first_group(target.address, settings.netmask).to_bits());
         }
-        13 => writer.u16(0),
+        13 => writer.u16(u16::try_from(settings.inactivity.as_secs()).unwrap_or(u16::MAX)),
         _ => return false,
     }
     true
