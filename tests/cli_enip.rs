@@ -449,7 +449,7 @@ fn mistakes_are_told_with_their_remedy() {
         assert!(said.contains(message), "{arguments:?}: {said}");
     }
     let cases: [(&[&str], &str); 8] = [
-        (&["sim"], "<--ethercat <IFACE>|--enip <ADDR>>"),
+        (&["sim"], "<--ethercat <IFACE>|--enip <ADDR>|--tcp <ADDR>>"),
         (&["sim", "--enip", "127.0.0.1", "--ethercat", "eth0"], "cannot be used with"),
         (&["sim", "--enip", "127.0.0.1", "--alias", "1"], "cannot be used with"),
         (&["sim", "--ethercat", "eth0", "--monitoring-only"], "cannot be used with"),
