@@ -529,7 +529,7 @@ fn mistakes_are_told_with_their_remedy() {
         assert!(said.contains(message), "{arguments:?}: {said}");
     }
     let cases: [(&[&str], &str); 9] = [
-        (&["sim"], "<--ethercat <IFACE>|--enip <ADDR>>"),
+        (&["sim"], "<--ethercat <IFACE>|--enip <ADDR>|--tcp <ADDR>>"),
         (&["sim", "--enip", "127.0.0.1", "--ethercat", "eth0"], "cannot be used with"),
         (&["sim", "--enip", "eth0"], "an IPv4 address of this machine"),
         (&["sim", "--enip", "127.0.0.1", "--alias", "1"], "cannot be used with"),

@@ -6,7 +6,7 @@ use crate::served::Served;
 use crate::text_support::ScriptedDevice;
 use fieldarm::bus::text::server::{CloseReason, Peer};
 use fieldarm::link::text::{Endpoints, MONITORS, Port, ServerEvent, TextPorts};
-use fieldarm::time::Duration;
+use fieldarm::time::{Duration, Instant};
 
 #[test]
 fn commands_are_answered_whatever_ends_them() {
@@ -43,6 +43,24 @@ fn the_second_controller_is_told_and_sent_away() {
     });
     served.control();
     assert_eq!(served.commands(), ["Say(mine)"]);
+}
+
+#[test]
+fn who_connects_again_between_two_passes_has_control_again() {
+    let any = "127.0.0.1:0".parse().unwrap();
+    let mut ports = TextPorts::bind(Endpoints { control: any, monitoring: any }).unwrap();
+    let mut device = ScriptedDevice::default();
+    let control = ports.endpoints().control;
+    let mut connections = Vec::new();
+    for pass in 0..10 {
+        // The one before leaves and this one knocks while nobody serves.
+        connections.clear();
+        connections.push(TcpStream::connect(control).unwrap());
+        ports.wait(Duration::from_secs(1)).unwrap();
+        ports.serve(Instant::from_nanos(pass * 1_000_000), &mut device);
+        assert_eq!(ports.peers().collect::<Vec<_>>(), [Peer::Control], "{pass}");
+    }
+    assert_eq!(ports.counts().session.refused, 0);
 }
 
 #[test]

@@ -365,6 +365,10 @@ impl TextPorts {
         if prepare(&stream).is_err() {
             return;
         }
+        if port == Port::Control {
+            // Whoever has control may have left before this one knocked, and be found gone only by reading.
+            self.read(now, device, Peer::Control);
+        }
         let peer = match port {
             Port::Control => self.session.accept_control(now, device).then_some(Peer::Control),
             Port::Monitoring => self.session.accept_monitor(now, device),
