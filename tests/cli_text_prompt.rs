@@ -140,15 +140,16 @@ fn a_session_at_a_terminal() {
     // Ctrl-C clears the line, and what was typed is not sent.
     terminal.press(CTRL_C);
     terminal.wait_for("Ctrl-C again");
+    terminal.wait_for("> ");
     // A mistake is told and not sent.
     terminal.enter("Delay(x)");
     terminal.wait_for("t must be a number, not `x`");
-    terminal.enter("!Delay(x)");
-    terminal.wait_for("[1003]");
+    terminal.wait_for("to send it as it is");
+    terminal.enter("!SetEob(7)");
     // Errors stand out.
-    assert!(terminal.screen().contains("\u{1b}[1m\u{1b}[31m[1003]"), "{:?}", terminal.screen());
+    terminal.wait_for("\u{1b}[1m\u{1b}[31m[1003]");
     terminal.enter(":help Home");
-    terminal.wait_for("Source: programming manual");
+    terminal.wait_for("programming manual 11.3.84");
     terminal.enter(":state");
     terminal.wait_for("robot                 not activated");
     terminal.enter(":nonsense");
@@ -160,13 +161,16 @@ fn a_session_at_a_terminal() {
     let (code, screen) = terminal.end();
     assert_eq!(code, Some(0), "{screen:?}");
     let kept = std::fs::read_to_string(&history).unwrap();
-    assert!(kept.contains("GetRobotSerial") && kept.contains("!Delay(x)"), "{kept}");
+    assert!(kept.contains("GetRobotSerial") && kept.contains("!SetEob(7)"), "{kept}");
     // The next session has it.
     let mut terminal = Terminal::start(&["text", &address, "--history", &history], &[]);
     terminal.wait_for("not activated, not homed");
     terminal.press(UP);
     terminal.wait_for(":state");
-    terminal.press(&format!("{CTRL_C}{CTRL_C}"));
+    terminal.press(CTRL_C);
+    terminal.wait_for("Ctrl-C again");
+    terminal.wait_for("> ");
+    terminal.press(CTRL_C);
     let (code, screen) = terminal.end();
     assert_eq!(code, Some(0), "{screen:?}");
 }
@@ -185,6 +189,8 @@ fn what_the_robot_says_comes_above_the_line_that_is_typed() {
     // The line is there again below it, and can be finished.
     terminal.wait_for("> SetJointV");
     terminal.press(CTRL_C);
+    terminal.wait_for("Ctrl-C again");
+    terminal.wait_for("> ");
     terminal.enter("Home");
     terminal.wait_for("The robot is homed.");
     terminal.enter("SetJointVel(1)");

@@ -186,7 +186,8 @@ fn what_the_robot_tells_by_itself_can_be_chosen() {
     let wanted = [Code(2210), Code(2213)];
     assert_eq!(get(client.set_real_time_monitoring(&wanted)), wanted);
     assert_eq!(get(client.get_real_time_monitoring()), wanted);
-    assert_eq!(refused(client.set_real_time_monitoring(&[])), Code::ARGUMENT_ERROR);
+    assert_eq!(refused(client.set_real_time_monitoring(&[Code(2007)])), Code::ARGUMENT_ERROR);
+    assert!(get(client.set_real_time_monitoring(&[])).is_empty());
     let interval = Duration::from_millis(5);
     get(client.set_monitoring_interval(interval));
     assert_eq!(get(client.get_monitoring_interval()), interval);

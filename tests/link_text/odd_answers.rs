@@ -40,7 +40,7 @@ fn a_malformed_answer_names_the_message_and_the_value() {
     let sent = client.get_status_robot();
     unreadable(
         answered(&served, sent, "[2007][1,1,0,0]"),
-        "[2007][1,1,0,0] cannot be read: value 5 of",
+        "[2007][1,1,0,0] cannot be read: value 5 is missing",
     );
     unreadable(
         answered(&served, client.get_status_robot(), "[2007][1,1,0,0,0,1,7]"),

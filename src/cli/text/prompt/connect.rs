@@ -49,6 +49,15 @@ pub(super) fn failure(error: &ConnectError, address: SocketAddr, limit: Duration
     })
 }
 
+/// Somebody greets as a robot does and answers nothing, as a monitoring port.
+pub(super) fn mute(address: SocketAddr, limit: Duration) -> Failure {
+    Failure::link(format!(
+        "the robot at {address} greets and answers nothing within {} s\n  Remedy: is it its monitoring port \
+         (10001)? That takes --monitor; commands go to its control port, 10000.",
+        limit.as_secs_f64()
+    ))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -63,8 +63,10 @@ pub(super) fn of(name: &str, revision: Revision) -> Result<String, String> {
     if !matches!(spec.equivalent, CyclicEquivalent::None | CyclicEquivalent::Unavailable) {
         lines.push(format!("  On cyclic buses: {}.", spec.equivalent));
     }
-    lines
-        .push(format!("  Source: programming manual 11.3, line {} of its text.", spec.manual_line));
+    lines.push(format!(
+        "  Source: PM L{}, a line of the text of the programming manual 11.3.84.",
+        spec.manual_line
+    ));
     Ok(lines.join("\n"))
 }
 
@@ -106,7 +108,7 @@ mod tests {
         for spec in TextCommandSpec::all() {
             let help = of(&spec.name.to_lowercase(), Revision::R3).unwrap();
             assert!(help.starts_with(spec.name), "{help}");
-            assert!(help.contains(&format!("line {} of", spec.manual_line)), "{help}");
+            assert!(help.contains(&format!("PM L{},", spec.manual_line)), "{help}");
             let words = overview.split_whitespace().any(|word| word == spec.name);
             assert_eq!(words, spec.available != Some(false), "{}", spec.name);
         }

@@ -30,7 +30,7 @@ use super::place::Place;
 use crate::bus::text::client::ClientSettings;
 use crate::bus::text::{CONTROL_PORT, MONITORING_PORT};
 use crate::cli::exit::{Exit, Failure};
-use crate::link::text::{Client, ClientOptions, Messages};
+use crate::link::text::{AnswerError, Client, ClientOptions, Messages};
 use crate::time::Duration;
 use crate::wire::meca500::revision::Revision;
 use crate::wire::meca500::text::value::Greeting;
@@ -126,6 +126,11 @@ pub(in crate::cli) fn run(args: &TextArgs) -> Result<Exit, Failure> {
     let options = ClientOptions { settings, limit: args.limit };
     let (client, messages) = Client::connect_listening(address, options)
         .map_err(|error| connect::failure(&error, address, args.limit))?;
+    // A monitoring port greets too, and never answers.
+    let first = client.sync().and_then(|mut answer| answer.wait(args.limit));
+    if first == Err(AnswerError::TimedOut) {
+        return Err(connect::mute(address, args.limit));
+    }
     // The greeting is there already: the connection waited for it.
     let greeting = messages.wait_next(Duration::ZERO).ok().flatten();
     let told = greeting.as_ref().map(|message| Greeting::read(&message.as_message()));

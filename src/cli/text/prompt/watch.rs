@@ -10,12 +10,24 @@ use super::paint::Paint;
 use super::view::View;
 use crate::cli::exit::{Exit, Failure};
 use crate::cli::run_program::catch_interrupts;
+use crate::link::clock::MonotonicClock;
 use crate::link::text::Monitor;
 use crate::time::Duration;
 use crate::wire::meca500::code::Code;
 
 /// Longest wait for a message, so that Ctrl-C is seen.
 const LISTEN: Duration = Duration::from_millis(100);
+
+/// Longest time between two rounds of monitoring messages. Source: PM L3679.
+const LONGEST_INTERVAL: Duration = Duration::from_secs(1);
+
+/// A control port does not tell the robot's state, or is taken.
+fn other_port(address: SocketAddr) -> Failure {
+    Failure::link(format!(
+        "{address} does not tell the robot's state: it is no monitoring port\n  Remedy: --monitor is for the \
+         monitoring port, 10001; the control port is 10000."
+    ))
+}
 
 /// Shows messages until interrupted.
 pub(super) fn run(
@@ -27,11 +39,20 @@ pub(super) fn run(
     let monitor = Monitor::connect(address, limit)
         .map_err(|error| super::connect::failure(&error, address, limit))?;
     let interrupted = catch_interrupts()?;
-    let mut is_first = true;
+    let clock = MonotonicClock::new();
+    let start = clock.now();
+    let mut is_monitoring = false;
     while !interrupted.load(Ordering::Relaxed) {
+        let elapsed = clock.now().saturating_duration_since(start);
         let message = match monitor.messages().wait_next(LISTEN) {
-            Ok(Some(message)) => message,
+            Ok(None) if !is_monitoring && elapsed > LONGEST_INTERVAL * 2 => {
+                return Err(other_port(address));
+            }
             Ok(None) => continue,
+            Ok(Some(message)) if message.code == Code::ANOTHER_USER && !is_monitoring => {
+                return Err(other_port(address));
+            }
+            Ok(Some(message)) => message,
             Err(reason) => {
                 return Err(Failure::link(format!(
                     "{address}: {reason}\n  Remedy: too many may be watching, or the robot has closed its \
@@ -39,14 +60,7 @@ pub(super) fn run(
                 )));
             }
         };
-        // A monitoring port begins with the robot's state.
-        let greets = matches!(message.code, Code::CONNECTED | Code::ANOTHER_USER);
-        if core::mem::take(&mut is_first) && greets {
-            return Err(Failure::link(format!(
-                "{address} is a control port: {message}\n  Remedy: --monitor is for the monitoring port, \
-                 10001."
-            )));
-        }
+        is_monitoring |= message.code == Code::STATUS_ROBOT;
         if view.shows(&message) {
             // Nobody reads any more: `head` has enough.
             if writeln!(std::io::stdout(), "{}", messages::line(&message, view.is_raw(), paint))

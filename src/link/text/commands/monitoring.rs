@@ -48,12 +48,13 @@ requests! {
 }
 
 impl Client {
-    /// SetRealTimeMonitoring: the real-time messages to be sent, instead of those before, one at least. Ends
-    /// with what is switched on. Source: PM L3811.
+    /// SetRealTimeMonitoring: the real-time messages to be sent, instead of those before. Ends with what is
+    /// switched on. Whether an empty list switches all off the manual does not tell; the virtual robot reads
+    /// it so. Source: PM L3811.
     ///
     /// # Errors
     ///
-    /// As [`send`](Self::send); so everywhere below. The robot refuses an empty list.
+    /// As [`send`](Self::send); so everywhere below.
     pub fn set_real_time_monitoring(
         &self,
         wanted: &[Code],
