@@ -388,7 +388,7 @@ fn a_controller_that_vanished_is_found_out() {
     next.send(b"GetStatusRobot\0SyncCmdQueue(4)\0");
     let said = next.until_synced(4);
     assert_eq!(said[0], "[3086][2]", "the robot stopped and wants a reset");
-    assert_eq!(said[1], "[2007][1,1,0,0,1,0,1]", "{said:?}");
+    assert!(said[1].starts_with("[2007][1,1,0,0,1,0,"), "{said:?}");
     next.send(b"ResumeMotion\0SyncCmdQueue(5)\0");
     assert!(next.until_synced(5)[0].starts_with("[2043]"));
     drop((vanishing, next));

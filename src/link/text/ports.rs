@@ -563,6 +563,58 @@ impl TextPorts {
 mod tests {
     use super::*;
 
+    /// A robot that says nothing and lets so many packets be lost.
+    struct Patient(u8);
+
+    impl TextDevice for Patient {
+        fn open_control(&mut self, _: Instant) -> bool {
+            true
+        }
+
+        fn close_control(&mut self, _: Instant) {}
+
+        fn command(&mut self, _: Instant, _: &str) {}
+
+        fn reject(&mut self, _: Instant, _: crate::text_device::LineProblem) {}
+
+        fn next_control_message(&mut self, _: &mut dyn core::fmt::Write) -> bool {
+            false
+        }
+
+        fn monitoring_snapshot(&mut self, _: Instant, _: &mut dyn FnMut(&str)) {}
+
+        fn next_monitoring_message(&mut self, _: &mut dyn core::fmt::Write) -> bool {
+            false
+        }
+
+        fn advance(&mut self, _: Instant) {}
+
+        fn is_on_text(&self) -> bool {
+            true
+        }
+
+        fn keep_alive_packets(&self) -> u8 {
+            self.0
+        }
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn the_robot_says_how_many_packets_may_be_lost() {
+        let any = "127.0.0.1:0".parse().unwrap();
+        let mut ports = TextPorts::bind(Endpoints { control: any, monitoring: any }).unwrap();
+        let _control = TcpStream::connect(ports.endpoints().control).unwrap();
+        let _monitor = TcpStream::connect(ports.endpoints().monitoring).unwrap();
+        for _ in 0..100 {
+            ports.wait(Duration::from_millis(10)).unwrap();
+            ports.serve(Instant::ZERO, &mut Patient(7));
+        }
+        assert_eq!(ports.streams().count(), 2);
+        for (_, stream) in ports.streams() {
+            assert_eq!(SockRef::from(stream).tcp_keepalive_retries().unwrap(), 7);
+        }
+    }
+
     #[test]
     fn a_peer_that_vanished_is_looked_for() {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
