@@ -65,6 +65,9 @@ impl TextFace {
         while let Some(event) = self.ports.next_event() {
             self.teller.say(self.narrator.line(event));
         }
+        while let Some(line) = robot.next_log_line() {
+            self.teller.say(format_args!("robot log, {line}"));
+        }
         let is_open = robot.is_on_text();
         if core::mem::replace(&mut self.was_open, is_open) != is_open {
             self.teller.say(match (is_open, robot.protocol_settings().ethercat) {

@@ -41,7 +41,6 @@ pub use error::{AnswerError, BindError, ConnectError, EndReason, Port};
 pub use message::{Messages, NextMessage, OwnedMessage};
 pub use monitor::Monitor;
 pub use ports::{
-    Endpoints, KEEP_ALIVE, KEEP_ALIVES_LOST, LEAVING_TIME, MONITORS, PortCounts, ServerEvent,
-    TextPorts,
+    Endpoints, KEEP_ALIVE, LEAVING_TIME, MONITORS, PATIENCE, PortCounts, ServerEvent, TextPorts,
 };
 pub use server::{STEP, TextServer};
