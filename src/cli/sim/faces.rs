@@ -8,6 +8,7 @@
 //! Invariants: one thread and one clock; a pass ends within [`STEP`] and what there was to do; who
 //! controls a robot is settled before its next face is served.
 
+use std::io;
 use std::prelude::v1::*;
 
 use super::args::{ModeName, SimArgs};
@@ -41,7 +42,6 @@ pub(super) struct Faces {
     pub(super) text: Vec<TextFace>,
     pub(super) cables: Vec<Cables>,
     clock: MonotonicClock,
-    teller: Teller,
 }
 
 impl Faces {
@@ -89,7 +89,7 @@ impl Faces {
             None => Vec::new(),
         };
         let cables = vec![Cables::default(); robots.len()];
-        Ok(Self { robots, ethercat, enip, text, cables, clock, teller })
+        Ok(Self { robots, ethercat, enip, text, cables, clock })
     }
 
     /// The time that all of them live by.
@@ -176,25 +176,33 @@ impl Faces {
         Ok(())
     }
 
-    /// Pulls a cable of a robot, or plugs it in again.
-    pub(super) fn set_plugged(&mut self, robot: usize, cable: Cable, plugged: bool) {
-        let Some(cables) = self.cables.get_mut(robot) else { return };
+    /// Pulls a cable of a robot, or plugs it in again; says why not if it cannot.
+    pub(super) fn set_plugged(
+        &mut self,
+        robot: usize,
+        cable: Cable,
+        plugged: bool,
+    ) -> Result<(), String> {
+        let is_there = match cable {
+            Cable::EtherCat => self.ethercat.is_some(),
+            Cable::EtherNetIp => self.enip.is_some(),
+            Cable::Tcp => !self.text.is_empty(),
+            Cable::All => true,
+        };
+        let Some(cables) = self.cables.get_mut(robot).filter(|_| is_there) else {
+            return Err("nothing is served there".into());
+        };
         cables.set(cable, plugged);
         let cables = *cables;
-        let mut done = Ok(());
-        if let Some(face) = &mut self.enip {
-            done = done.and(face.set_plugged(robot, cables.ethernet_ip));
-        }
-        if let Some(face) = self.text.get_mut(robot) {
-            done = done.and(face.set_plugged(cables.tcp));
-        }
         if let Some(face) = &mut self.ethercat {
             let pulled = self.cables.iter().position(|cables| !cables.ethercat);
             face.set_reach(pulled.unwrap_or(usize::MAX));
         }
-        if let Err(error) = done {
-            self.teller.say(format_args!("this system cannot pull the cable of a socket: {error}"));
-        }
+        let enip = self.enip.as_mut().map(|face| face.set_plugged(robot, cables.ethernet_ip));
+        let text = self.text.get_mut(robot).map(|face| face.set_plugged(cables.tcp));
+        [enip, text].into_iter().flatten().collect::<io::Result<()>>().map_err(|error| {
+            format!("this system cannot hold up what arrives at a socket: {error}")
+        })
     }
 
     /// Whether a fault of the wire cut the power since this was asked last.

@@ -129,8 +129,17 @@ impl<'a> Stage<'a> {
 
     /// Pulls a network cable of a robot, or plugs it in again. While it is out, frames, datagrams and
     /// bytes are neither received nor sent there; connections break when either end misses the other.
-    pub(super) fn set_plugged(&mut self, robot: usize, cable: Cable, plugged: bool) {
-        self.faces.set_plugged(robot, cable, plugged);
+    ///
+    /// # Errors
+    ///
+    /// Why not, for a person: nothing is served there, or the system cannot do it.
+    pub(super) fn set_plugged(
+        &mut self,
+        robot: usize,
+        cable: Cable,
+        plugged: bool,
+    ) -> Result<(), String> {
+        self.faces.set_plugged(robot, cable, plugged)
     }
 
     /// What can be seen of a robot.

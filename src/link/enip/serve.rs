@@ -462,12 +462,13 @@ impl<D: CyclicDevice> Server<D> {
     fn send(&mut self, index: usize) {
         let now = self.clock.now();
         let Some(seat) = self.seats.get_mut(index) else { return };
+        // First, so that nobody who sees its connection end finds the port open.
+        seat.open_or_close(now, index, &mut self.waiter);
         if seat.robot.take_departure() {
             for stream in 0..STREAMS {
                 seat.drop_peer(stream, &mut self.waiter);
             }
         }
-        seat.open_or_close(now, index, &mut self.waiter);
         for _ in 0..AT_ONCE {
             let Some(transmit) = seat.robot.poll_transmit(now, &mut self.room) else { return };
             match transmit {
