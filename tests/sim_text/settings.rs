@@ -73,7 +73,7 @@ fn other_than_default(row: &Row) -> Vec<String> {
                     .and_then(|number| number.trim().parse::<f64>().ok())
                     .unwrap()
             });
-            return numbers.filter(|number| Some(*number) != default).last().unwrap().to_string();
+            return numbers.rfind(|number| Some(*number) != default).unwrap().to_string();
         }
         let bound = |key: &str| argument[key].as_f64();
         // Where the revisions differ the lower one will do.
