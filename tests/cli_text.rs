@@ -72,6 +72,10 @@ fn lines_are_answered_in_words_and_executed_to_their_end() {
     let said = ["theta1 = 30 deg", "theta5 = 20 deg", "[2007] activated, homed, idle"];
     expect(&there, 0, &said, &[]);
     assert!(!there.stdout.contains('\u{1b}'), "colour is for terminals: {:?}", there.stdout);
+    // What is recorded is executed too, and to its end.
+    let saving = "StartSaving(3)\nMoveJoints(-30,0,0,0,20,0)\nStopSaving\n";
+    expect(&robot.text(&[], saving), 0, &["[2060]", "(1 commands saved.)"], &[]);
+    expect(&robot.text(&[], "GetRtJointPos\n"), 0, &["theta1 = -30 deg"], &[]);
     let raw = robot.text(&["--raw"], "GetRobotName\nSetBlending(50)\nGetBlending\n:quit\nHome\n");
     expect(&raw, 0, &["[3000][Connected to Meca500", "\n[2095][", "\n[2150][50]\n"], &[]);
     assert!(!raw.stdout.contains("[2002]"), "after :quit: {}", raw.stdout);

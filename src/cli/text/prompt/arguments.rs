@@ -44,7 +44,7 @@ pub(super) fn allowed(argument: &TextArgumentSpec, revision: Revision) -> String
 pub(super) fn described(argument: &TextArgumentSpec, revision: Revision) -> String {
     let optional = if argument.optional { " (may be left out)" } else { "" };
     let default = match argument.default {
-        Some(value) => format!(", {value}{} at first", argument.unit.suffix()),
+        Some(value) => format!("; at first {value}{}", argument.unit.suffix()),
         None => String::new(),
     };
     format!("{}: {}{default}{optional}", argument.name, allowed(argument, revision))
@@ -75,6 +75,6 @@ mod tests {
             assert!(text.len() > argument.name.len() + 4, "{text}");
         }
         let blending = spec("SetBlending").arguments().next().unwrap();
-        assert_eq!(described(&blending, Revision::R3), "p: 0 to 100 %, 100 % at first");
+        assert_eq!(described(&blending, Revision::R3), "p: 0 to 100 %; at first 100 %");
     }
 }

@@ -133,14 +133,14 @@ mod tests {
     fn mistake(line: &str) -> Mistake {
         match read(line, Revision::R3) {
             Entry::Mistake(mistake) => mistake,
-            other => std::panic!("{line}: {other:?}"),
+            other => unreachable!("{line}: {other:?}"),
         }
     }
 
     fn sent(line: &str) -> &str {
         match read(line, Revision::R3) {
             Entry::Command { text, .. } => text,
-            other => std::panic!("{line}: {other:?}"),
+            other => unreachable!("{line}: {other:?}"),
         }
     }
 
@@ -157,7 +157,7 @@ mod tests {
     fn the_exclamation_mark_sends_anything() {
         assert_eq!(sent("!Jump(1) # and this"), "Jump(1) # and this");
         let Entry::Command { spec, .. } = read("! -SetBlending(900)", Revision::R3) else {
-            std::panic!()
+            unreachable!()
         };
         assert_eq!(spec.map(|spec| spec.name), Some("SetBlending"));
     }
@@ -189,7 +189,7 @@ mod tests {
     fn the_prompt_has_its_own_commands() {
         let read = |line| match read(line, Revision::R3) {
             Entry::BuiltIn(built_in) => built_in,
-            other => std::panic!("{other:?}"),
+            other => unreachable!("{other:?}"),
         };
         assert_eq!(read(":help MoveLin"), BuiltIn::Help(Some("MoveLin")));
         assert_eq!(read(" : help"), BuiltIn::Help(None));

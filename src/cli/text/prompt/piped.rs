@@ -222,7 +222,8 @@ impl Sending<'_> {
                 Entry::Command { text, spec } => (text, spec),
             };
             is_saving = is_saving_after(is_saving, spec);
-            has_queued |= spec.is_some_and(is_queued) && !is_saving;
+            // While a program is saved too: a robot that is ready executes what it records.
+            has_queued |= spec.is_some_and(is_queued);
             match self.send(number, text, spec, is_saving) {
                 Ok(()) => {}
                 Err(Stop::Error(exit)) => {
