@@ -313,7 +313,7 @@ fn command(number: u32) -> (String, Option<Expected>) {
     let round = number / 10;
     let (line, expected) = match number % 10 {
         0 => {
-            let angle = if round % 2 == 0 { 0.05 } else { -0.05 };
+            let angle = if round.is_multiple_of(2) { 0.05 } else { -0.05 };
             (format!("MoveJoints({angle},{angle},0,0,20,0)"), None)
         }
         1 => (format!("SetCheckpoint({})", round % 8_000 + 1), None),
