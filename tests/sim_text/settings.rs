@@ -73,7 +73,8 @@ fn other_than_default(row: &Row) -> Vec<String> {
                     .and_then(|number| number.trim().parse::<f64>().ok())
                     .unwrap()
             });
-            return numbers.rfind(|number| Some(*number) != default).unwrap().to_string();
+            let mut others = numbers.filter(|number| Some(*number) != default);
+            return others.next_back().unwrap().to_string();
         }
         let bound = |key: &str| argument[key].as_f64();
         // Where the revisions differ the lower one will do.

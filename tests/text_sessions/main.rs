@@ -23,7 +23,7 @@ fn a_server_among_anybody() {
         surrounded.obey(&random(seed, 4_000));
         sums = std::array::from_fn(|index| sums[index] + surrounded.counts[index]);
     }
-    assert!(sums.iter().all(|sum| *sum > 200), "hardly anything was reached: {sums:?}");
+    assert!(sums.iter().all(|sum| *sum > 80), "hardly anything was reached: {sums:?}");
 }
 
 #[test]

@@ -171,15 +171,6 @@ impl Queue {
         Some(compiled.step)
     }
 
-    /// The gripper force of the last command that sets it, in percent.
-    pub(super) fn last_gripper_force(&self) -> Option<f32> {
-        let compiled = self.compiled.iter().map(|compiled| &compiled.item);
-        compiled.chain(&self.waiting).rev().find_map(|item| match item {
-            Item::Command(MotionCommand::SetGripperForce(percent)) => Some(*percent),
-            _ => None,
-        })
-    }
-
     /// Whether commands whose turn comes are kept for [`next_begun`](Self::next_begun).
     pub(super) fn record_begun(&mut self, records: bool) {
         self.records_begun = records;
