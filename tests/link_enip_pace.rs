@@ -87,9 +87,11 @@ impl Network for Recorder {
     }
 }
 
-/// Numbers its outputs.
+/// Numbers its outputs, and counts cycles without new inputs.
 struct Marker {
     mark: u16,
+    bad: u32,
+    most_bad: u32,
 }
 
 impl Controller for Marker {
@@ -99,11 +101,13 @@ impl Controller for Marker {
     fn cycle(
         &mut self,
         _: Instant,
-        _: InputQuality,
+        quality: InputQuality,
         _: &[u8],
         outputs: &mut [u8],
     ) -> Result<(), WireError> {
         self.mark += 1;
+        self.bad = if quality.is_fresh() { 0 } else { self.bad + 1 };
+        self.most_bad = self.most_bad.max(self.bad);
         if let Some(place) = outputs.last_chunk_mut() {
             *place = self.mark.to_le_bytes();
         }
@@ -141,6 +145,8 @@ struct Run {
     counters: TargetCounters,
     /// Deadlines that passed without a cycle.
     overruns: u64,
+    /// Most cycles one behind the other in which the controller got nothing new.
+    most_bad: u32,
 }
 
 /// A run on a machine that stalls.
@@ -156,17 +162,19 @@ fn run(stall: Duration) -> Run {
     };
     let pace = Stalling { now: Instant::ZERO, stall };
     let mut cycles = Periodic::over_segment::<Marker>(segment, pace, RPI);
-    let mut plc = Marker { mark: 0 };
+    let mut plc = Marker { mark: 0, bad: 0, most_bad: 0 };
     let mut from = 0;
     for cycle in 0..2 * PERIODS {
         let at = cycles.turn([Some(&mut plc)]).expect("memory never fails");
         if cycle == 10 {
             from = cycles.segment().network().sent.len();
+            plc.most_bad = 0;
         }
         if at >= Instant::ZERO + RPI * u32::try_from(PERIODS).expect("few") {
             let counters = cycles.segment().status(0).expect("there is a target").counters;
             let sent = cycles.segment().network().sent.split_at(from).1.to_vec();
-            return Run { sent, counters, overruns: cycles.statistics().overruns };
+            let overruns = cycles.statistics().overruns;
+            return Run { sent, counters, overruns, most_bad: plc.most_bad };
         }
     }
     panic!("time does not pass");
@@ -180,7 +188,11 @@ fn gaps(sent: &[Sent]) -> Vec<u128> {
 #[test]
 fn the_mean_gap_is_the_interval_although_the_machine_stalls() {
     for tenths in [0, 4, 6, 9, 12, 25, 160] {
-        let Run { sent, counters, overruns } = run(RPI * tenths / 10);
+        let Run { sent, counters, overruns, most_bad } = run(RPI * tenths / 10);
+        assert!(
+            most_bad <= 1,
+            "{tenths}: {most_bad} bad cycles, and a robot in velocity mode stops at 2"
+        );
         assert_eq!((counters.overruns, overruns, counters.opened), (0, 0, 1), "{tenths}");
         let time = sent[sent.len() - 1].at - sent[0].at;
         // The run ends on the stall of its last period, if there is one.
@@ -191,10 +203,20 @@ fn the_mean_gap_is_the_interval_although_the_machine_stalls() {
         assert!(shortest >= 5_000, "{tenths}: {shortest} us");
         for pair in sent.windows(2) {
             assert_eq!(pair[1].sequence, pair[0].sequence + 1);
-            // One frame a cycle, with what the cycle before computed.
-            assert_eq!(pair[1].mark, pair[0].mark + 1);
+            // What the cycle before computed; only one that is made up for may compute nothing.
+            let step = pair[1].mark - pair[0].mark;
+            assert!(step == 1 || step == 0 && tenths > 4, "{tenths}: {pair:?}");
         }
     }
+}
+
+#[test]
+fn a_cycle_that_is_made_up_for_is_none_to_a_controller_without_new_inputs() {
+    let sent = run(RPI * 25 / 10).sent;
+    // Cycles 5 ms apart, and frames from the robot each 10 ms.
+    let idle = sent.windows(2).filter(|pair| pair[1].mark == pair[0].mark).count();
+    let stalls = usize::try_from(PERIODS / STALL_EVERY).expect("few");
+    assert!((2 * stalls - 2..=4 * stalls).contains(&idle), "{idle} in {stalls} stalls");
 }
 
 #[test]
@@ -213,7 +235,7 @@ fn what_is_late_follows_half_an_interval_apart() {
 
 #[test]
 fn what_a_longer_stall_delayed_is_given_up_and_counted_by_both() {
-    let Run { sent, counters, overruns } = run(RPI * 173 / 10);
+    let Run { sent, counters, overruns, .. } = run(RPI * 173 / 10);
     let stalls = PERIODS / STALL_EVERY;
     assert_eq!((counters.overruns, overruns, counters.opened), (stalls * 17, stalls * 17, 1));
     let time = sent[sent.len() - 1].at - sent[0].at;

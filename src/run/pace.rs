@@ -90,6 +90,8 @@ pub(super) struct Beginning {
     pub(super) late: Duration,
     /// Deadlines that passed without a cycle.
     pub(super) missed: u64,
+    /// Whether it was put off to keep half a period from the one before, as cycles are that are made up for.
+    pub(super) is_made_up: bool,
 }
 
 impl Grid {
@@ -112,6 +114,7 @@ impl Grid {
     /// made up for.
     pub(super) fn next(&mut self, pace: &mut impl Pace, makes_up: u32) -> Beginning {
         let begins = if makes_up > 0 { self.deadline.max(self.not_before) } else { self.deadline };
+        let is_made_up = begins > self.deadline;
         let at = pace.wait_until(begins);
         self.not_before = at + self.period / 2;
         let late = at.saturating_duration_since(self.deadline);
@@ -120,7 +123,7 @@ impl Grid {
         let missed = u64::try_from(missed).unwrap_or(u64::MAX);
         let grid_steps = u32::try_from(missed.saturating_add(1)).unwrap_or(u32::MAX);
         self.deadline += self.period.saturating_mul(grid_steps);
-        Beginning { at, late, missed }
+        Beginning { at, late, missed, is_made_up }
     }
 }
 

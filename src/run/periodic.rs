@@ -153,6 +153,8 @@ impl<S: CyclicSegment, P: Pace> Periodic<S, P> {
     ///
     /// `controllers` are those of the robots, in the order of their numbers. A robot whose
     /// controller is `None`, or for which there is none, gets outputs of zero from the next cycle on.
+    /// In a cycle that is made up for ([`CyclicSegment::makes_up`]) a controller is left out if its robot has sent
+    /// nothing new since the one before; the outputs stay as they are.
     ///
     /// # Errors
     ///
@@ -173,7 +175,12 @@ impl<S: CyclicSegment, P: Pace> Periodic<S, P> {
                 port.outputs.fill(0);
                 continue;
             };
-            port.quality = self.segment.read_inputs(robot, &mut port.inputs);
+            let quality = self.segment.read_inputs(robot, &mut port.inputs);
+            if beginning.is_made_up && matches!(quality, InputQuality::Stale { .. }) {
+                // It came sooner than new inputs had to: a controller would count it as a bad cycle.
+                continue;
+            }
+            port.quality = quality;
             controller
                 .cycle(now, port.quality, &port.inputs, &mut port.outputs)
                 .map_err(CycleError::Image)?;
