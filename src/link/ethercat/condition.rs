@@ -18,6 +18,7 @@
 //! Invariant: inputs are fresh or stale in InOp only.
 
 use super::care::CareKind;
+use super::group::{Member, RobotGroup, Shared};
 use crate::cycle::InputQuality;
 use crate::time::Instant;
 use crate::wire::ethercat::al::AlState;
@@ -71,6 +72,13 @@ impl Robot {
         }
     }
 
+    /// An exchange with new inputs.
+    pub(super) fn refresh(&mut self, shared: &Shared, member: &Member, group: &RobotGroup) {
+        (self.unanswered, self.doubtful) = (0, 0);
+        self.quality = InputQuality::Fresh;
+        group.read(&shared.main_device, member.index, &member.inputs, &mut self.inputs);
+    }
+
     /// One more exchange without new inputs.
     pub(super) fn grow_stale(&mut self) {
         self.quality = match self.quality {
@@ -94,9 +102,12 @@ impl Robot {
 
     /// The task that this robot needs at `now`.
     pub(super) fn needs(&self, now: Instant) -> Option<CareKind> {
-        if now < self.care_at {
-            return None;
-        }
+        let wanted = self.wants()?;
+        (now >= self.care_at).then_some(wanted)
+    }
+
+    /// The task that this robot needs sooner or later.
+    pub(super) const fn wants(&self) -> Option<CareKind> {
         match self.condition {
             Condition::Starting | Condition::InOp | Condition::Blocked => None,
             Condition::Away { seen: None, .. } => Some(CareKind::Look),

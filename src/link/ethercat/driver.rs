@@ -2,7 +2,8 @@
 //!
 //! A future of `ethercrab` puts a frame into its storage and waits; the driver sends what is there,
 //! waits for the answer, gives it to the storage and polls again. Frames that answer nothing are
-//! counted and dropped; a wire that fails is a wire that loses frames.
+//! counted and dropped; a wire that fails is a wire that loses frames. The cycle of each group has a
+//! lane of its own (`lane.rs`), everything else shares a storage.
 //!
 //! Invariants: [`Driver::exchange`] does not allocate; a finished future is never polled again.
 
@@ -13,10 +14,13 @@ use core::task::{Context, Poll, Waker};
 use std::boxed::Box;
 use std::sync::Arc;
 use std::vec;
+use std::vec::Vec;
 
 use ethercrab::MainDevice;
 
-use super::in_flight::{InFlight, Settled, is_answer};
+use super::answer::is_answer;
+use super::in_flight::{InFlight, Settled};
+use super::lane::Lane;
 use super::mailbox_repeat::lost_answer;
 use super::notice::{MailboxNotice, take_notice};
 use super::pdu_core::PduCore;
@@ -76,6 +80,7 @@ pub(super) struct Driver<W> {
     /// Behind the main device: it goes back to the pool only when nobody holds that any more.
     core: PduCore,
     in_flight: InFlight,
+    lanes: Vec<Lane>,
     buffer: Box<[u8]>,
     counters: FrameCounters,
     time: SharedTime,
@@ -103,6 +108,7 @@ impl<W: Wire> Driver<W> {
             main_device: Arc::clone(&core.main_device),
             core,
             in_flight: InFlight::new(),
+            lanes: Vec::new(),
             buffer: vec![0; MAX_FRAME].into(),
             counters: FrameCounters::default(),
             time,
@@ -135,6 +141,18 @@ impl<W: Wire> Driver<W> {
 
     pub(super) fn main_device(&self) -> Arc<MainDevice<'static>> {
         Arc::clone(&self.main_device)
+    }
+
+    /// Opens a lane for the cycle of each group, for frames of these lengths; those there were are
+    /// closed.
+    pub(super) fn open_lanes(&mut self, frame_lens: impl Iterator<Item = usize>) {
+        self.lanes.clear();
+        self.lanes.extend(frame_lens.map(Lane::take));
+    }
+
+    /// The main device of a group's cycle.
+    pub(super) fn cycle_device(&self, group: usize) -> Option<&'static MainDevice<'static>> {
+        self.lanes.get(group).map(Lane::main_device)
     }
 
     /// The last thing a subdevice said in its mailbox since the last call, beyond answers.
@@ -195,20 +213,22 @@ impl<W: Wire> Driver<W> {
         let mut context = Context::from_waker(Waker::noop());
         self.is_outside_the_cycle = false;
         let mut has_ended = turn.poll(&mut context);
-        self.send_pending();
-        let outcome = self.advance(task, &mut context);
-        // To look for frames to send means to touch every place of the storage: only where a poll
-        // may have left one.
+        self.send_cycle();
+        let outcome = match task {
+            Some(_) => self.advance(task, &mut context),
+            None => None,
+        };
         while !has_ended && self.receive_one(deadline) {
             has_ended = turn.poll(&mut context);
             if !has_ended {
-                self.send_pending();
+                self.send_cycle();
             }
         }
         (has_ended, outcome)
     }
 
     /// Polls `task`, if there is one, and sends what it has to say; its outcome if it has ended.
+    #[cold]
     fn advance<T>(
         &mut self,
         task: &mut Option<LongTask<T>>,
@@ -231,12 +251,19 @@ impl<W: Wire> Driver<W> {
 
     /// Forgets the cycle's frames: what waited for them is gone. Those of a long task stay.
     pub(super) fn give_up_cycle(&mut self) {
-        self.in_flight.forget_cycle();
+        self.lanes.iter_mut().for_each(Lane::give_up);
     }
 
     /// Forgets the frames of a long task that is given up.
     pub(super) fn forget_task(&mut self) {
         self.in_flight.forget_all();
+    }
+
+    /// Sends every frame that waits in a lane.
+    fn send_cycle(&mut self) {
+        for lane in &mut self.lanes {
+            lane.send_pending(&mut self.wire, &mut self.counters);
+        }
     }
 
     /// Sends every frame that waits in the storage.
@@ -261,28 +288,14 @@ impl<W: Wire> Driver<W> {
         loop {
             match self.wire.receive(&mut self.buffer, deadline) {
                 Ok(Some(len)) => {
-                    let Some(frame) = self.buffer.get_mut(..len) else { continue };
-                    let Some(settled) = self.in_flight.settle(frame) else {
-                        self.counters.stray += 1;
-                        if self.wire.now() >= deadline {
-                            return false;
-                        }
-                        continue;
-                    };
-                    self.counters.received += 1;
-                    // In the cycle there is no time for it: the task that asked begins anew.
-                    if settled.was_resent
-                        && self.is_outside_the_cycle
-                        && let Some(sent) = self.in_flight.sent_bytes(settled)
-                        && let Some(mailbox) = lost_answer(sent, frame)
-                    {
-                        self.lost_mailbox = Some(LostMailbox { mailbox, settled, len });
+                    if self.take_of_cycle(len) || self.take_other(len) {
+                        self.counters.received += 1;
                         return true;
                     }
-                    self.notice = take_notice(frame).or(self.notice);
-                    // The future may be gone meanwhile; then the storage has no place for it.
-                    self.core.receive_frame(frame);
-                    return true;
+                    self.counters.stray += 1;
+                    if self.wire.now() >= deadline {
+                        return false;
+                    }
                 }
                 Ok(None) => return false,
                 Err(_) => {
@@ -296,6 +309,33 @@ impl<W: Wire> Driver<W> {
                 }
             }
         }
+    }
+
+    /// Hands the frame in the buffer on if it answers a group's cycle; whether it does. No mailbox is
+    /// read there.
+    fn take_of_cycle(&mut self, len: usize) -> bool {
+        let Some(frame) = self.buffer.get(..len) else { return false };
+        self.lanes.iter_mut().any(|lane| lane.receive(frame))
+    }
+
+    /// Hands the frame in the buffer on if it answers anything else; whether it does.
+    #[cold]
+    fn take_other(&mut self, len: usize) -> bool {
+        let Some(frame) = self.buffer.get_mut(..len) else { return false };
+        let Some(settled) = self.in_flight.settle(frame) else { return false };
+        // In the cycle there is no time for it: the task that asked begins anew.
+        if settled.was_resent
+            && self.is_outside_the_cycle
+            && let Some(sent) = self.in_flight.sent_bytes(settled)
+            && let Some(mailbox) = lost_answer(sent, frame)
+        {
+            self.lost_mailbox = Some(LostMailbox { mailbox, settled, len });
+            return true;
+        }
+        self.notice = take_notice(frame).or(self.notice);
+        // The future may be gone meanwhile; then the storage has no place for it.
+        self.core.receive_frame(frame);
+        true
     }
 
     /// Has a mailbox answer that got lost put there again, and reads it again. A subdevice that cannot

@@ -8,7 +8,6 @@ use core::future::Future;
 use core::pin::{Pin, pin};
 use core::task::{Context, Poll};
 
-use ethercrab::MainDevice;
 use ethercrab::error::Error;
 
 use super::driver::{Driver, LongTask, Turn};
@@ -26,13 +25,13 @@ pub(super) const PER_ROBOT: u16 = 3;
 /// What came back for each group; `None` where no frame did.
 pub(super) type Replies = [Option<GroupReply>; MAX_GROUPS];
 
-/// The cycle of one group, and those behind it.
+/// The cycle of one group, and those before it.
 struct Chained<'a, F> {
     future: Pin<&'a mut F>,
     reply: &'a mut Option<GroupReply>,
     is_done: bool,
-    next: &'a mut dyn Turn,
-    next_is_done: bool,
+    /// `None` once all have ended.
+    others: Option<&'a mut dyn Turn>,
 }
 
 impl<F: Future<Output = Result<GroupReply, Error>>> Turn for Chained<'_, F> {
@@ -43,54 +42,52 @@ impl<F: Future<Output = Result<GroupReply, Error>>> Turn for Chained<'_, F> {
             self.is_done = true;
             *self.reply = reply.ok();
         }
-        self.next_is_done = self.next_is_done || self.next.poll(context);
-        self.is_done && self.next_is_done
+        if let Some(others) = &mut self.others
+            && others.poll(context)
+        {
+            self.others = None;
+        }
+        self.is_done && self.others.is_none()
     }
 }
 
-/// The end of the chain.
-struct Nothing;
-
-impl Turn for Nothing {
-    fn poll(&mut self, _: &mut Context<'_>) -> bool {
-        true
-    }
-}
-
-/// Exchanges the process data of all groups until `deadline`, and lets `task` go one step further.
+/// Exchanges the process data of all groups until `deadline`, and lets `task` go one step further;
+/// its outcome if it has ended.
 pub(super) fn exchange_groups<W: Wire, T>(
     driver: &mut Driver<W>,
-    main_device: &MainDevice<'_>,
     groups: &[RobotGroup],
+    replies: &mut Replies,
     deadline: Instant,
     task: &mut Option<LongTask<T>>,
-) -> (Replies, Option<T>) {
-    let mut replies = [None; MAX_GROUPS];
-    let outcome = chain(driver, main_device, groups, &mut replies, deadline, &mut Nothing, task);
-    (replies, outcome)
+) -> Option<T> {
+    chain(driver, groups, 0, replies, deadline, None, task)
 }
 
 fn chain<W: Wire, T>(
     driver: &mut Driver<W>,
-    main_device: &MainDevice<'_>,
     groups: &[RobotGroup],
+    number: usize,
     replies: &mut [Option<GroupReply>],
     deadline: Instant,
-    next: &mut dyn Turn,
+    others: Option<&mut dyn Turn>,
     task: &mut Option<LongTask<T>>,
 ) -> Option<T> {
     let (Some((group, groups)), Some((reply, replies))) =
         (groups.split_first(), replies.split_first_mut())
     else {
-        let (has_ended, outcome) = driver.exchange(deadline, next, task);
-        if !has_ended {
-            driver.give_up_cycle();
-        }
-        return outcome;
+        return None;
     };
-    let future = pin!(group.cycle(main_device));
-    let mut link = Chained { future, reply, is_done: false, next, next_is_done: false };
-    chain(driver, main_device, groups, replies, deadline, &mut link, task)
+    let future = pin!(group.cycle(driver.cycle_device(number)?));
+    let others = others.map(|others| -> &mut dyn Turn { others });
+    let mut link = Chained { future, reply, is_done: false, others };
+    if !groups.is_empty() {
+        return chain(driver, groups, number + 1, replies, deadline, Some(&mut link), task);
+    }
+    let (has_ended, outcome) = driver.exchange(deadline, &mut link, task);
+    if !has_ended {
+        driver.give_up_cycle();
+    }
+    outcome
 }
 
 /// What a reply says about one robot.

@@ -4,17 +4,27 @@ use std::sync::Arc;
 use std::vec::Vec;
 
 use ethercrab::error::Error;
-use ethercrab::subdevice_group::{HasDc, NoDc, Op};
+use ethercrab::subdevice_group::{HasDc, HasPdi, NoDc, Op};
 use ethercrab::{DefaultLock, MainDevice, SubDeviceGroup, TxRxResponse};
 
 use super::layout::Layout;
 use crate::time::Duration;
+use crate::wire::ethercat::frame::{
+    DATAGRAM_HEADER, ETHERCAT_HEADER, ETHERNET_HEADER, WORKING_COUNTER,
+};
 use crate::wire::ethercat::identity::Identity;
 
 /// Robots in one frame: four images of 312 bytes and their state checks fill it.
 pub(super) const GROUP_ROBOTS: usize = 4;
 /// Process data of a group in bytes, so that it never needs a second frame.
 pub(super) const GROUP_BYTES: usize = 1_400;
+
+/// What a datagram adds to its data, in bytes.
+const DATAGRAM: usize = DATAGRAM_HEADER + WORKING_COUNTER;
+/// Length of the system time, in bytes.
+const CLOCK: usize = 8;
+/// Length of an AL status, in bytes.
+const STATE: usize = 2;
 
 pub(super) type Group<S, DC = NoDc> = SubDeviceGroup<GROUP_ROBOTS, GROUP_BYTES, DefaultLock, S, DC>;
 
@@ -62,6 +72,28 @@ impl RobotGroup {
             Self::Free(group) => group.len(),
             Self::Clocked(group) => group.len(),
         }
+    }
+
+    /// Length of the frame of a cycle, in bytes.
+    pub(super) fn frame_len(&self, main_device: &MainDevice<'_>) -> usize {
+        /// Process data of all members, in bytes.
+        fn process_data<S: HasPdi, DC>(
+            group: &Group<S, DC>,
+            main_device: &MainDevice<'_>,
+        ) -> usize {
+            let of_member = |member| {
+                let robot = group.subdevice(main_device, member).ok()?;
+                let io = robot.io_raw();
+                Some(io.inputs().len() + io.outputs().len())
+            };
+            (0..group.len()).filter_map(of_member).sum()
+        }
+        let (data, reference) = match self {
+            Self::Free(group) => (process_data(group, main_device), 0),
+            Self::Clocked(group) => (process_data(group, main_device), DATAGRAM + CLOCK),
+        };
+        let states = self.len() * (DATAGRAM + STATE);
+        ETHERNET_HEADER + ETHERCAT_HEADER + reference + DATAGRAM + data + states
     }
 
     /// One frame: outputs, inputs and states of all members.

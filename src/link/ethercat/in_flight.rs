@@ -1,9 +1,6 @@
-//! The frames under way, and whether what came back is one of them.
+//! The frames under way outside the cycle, and whether what came back is one of them.
 //!
-//! `ethercrab` takes a frame for the answer when the index of its first datagram fits. A late frame,
-//! a duplicate, another main device's frame or a mangled one may fit as well; so every frame is
-//! compared with what was sent before it is handed on: the same datagrams, each with the same
-//! command, index, address and length. Only data and working counters may differ.
+//! Frames of the cycle have lanes of their own (`lane.rs`).
 //!
 //! Invariants: a frame that was sent is answered at most once; nothing here allocates after
 //! [`InFlight::new`].
@@ -11,18 +8,15 @@
 use std::boxed::Box;
 use std::vec;
 
+use super::answer::is_answer;
 use super::pdu_core::FRAMES;
 use super::wire::MAX_FRAME;
 use crate::time::{Duration, Instant};
-use crate::wire::ethercat::command::Command;
-use crate::wire::ethercat::frame::{Datagram, ETHERNET_HEADER, datagrams};
 
 /// How often a frame is sent again: for 25 s, longer than anybody waits for one.
 const MOST_RESENDS: u32 = 1_000;
 /// Where the source address stands in a frame.
 const SOURCE: core::ops::Range<usize> = 6..12;
-/// The EtherCAT header: length and type. An answer has the same.
-const ETHERCAT_HEADER: core::ops::Range<usize> = ETHERNET_HEADER..ETHERNET_HEADER + 2;
 
 /// A frame whose answer has come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,40 +39,6 @@ struct Slot {
 pub(super) struct InFlight {
     slots: Box<[Slot]>,
     next: usize,
-}
-
-/// Whether `back` is `asked` on its way back.
-fn is_answered_by(asked: &Datagram<'_>, back: &Datagram<'_>) -> bool {
-    let [_, _, low, high] = asked.address;
-    let [_, _, back_low, back_high] = back.address;
-    // Each subdevice counts itself in the first half of these addresses.
-    let is_counted = matches!(
-        asked.command(),
-        Some(
-            Command::Aprd { .. }
-                | Command::Apwr { .. }
-                | Command::Aprw { .. }
-                | Command::Armw { .. }
-                | Command::Brd { .. }
-                | Command::Bwr { .. }
-                | Command::Brw { .. }
-        )
-    );
-    let same_address = match is_counted {
-        true => [low, high] == [back_low, back_high],
-        false => asked.address == back.address,
-    };
-    same_address
-        && (asked.code, asked.index, asked.more, asked.data.len())
-            == (back.code, back.index, back.more, back.data.len())
-}
-
-/// Whether `answer` carries the datagrams of `sent`, one by one, behind the same EtherCAT header.
-pub(super) fn is_answer(sent: &[u8], answer: &[u8]) -> bool {
-    let (Ok(asked), Ok(back)) = (datagrams(sent), datagrams(answer)) else { return false };
-    sent.get(ETHERCAT_HEADER) == answer.get(ETHERCAT_HEADER)
-        && asked.clone().count() == back.clone().count()
-        && asked.zip(back).all(|(asked, back)| is_answered_by(&asked, &back))
 }
 
 impl InFlight {
@@ -135,16 +95,6 @@ impl InFlight {
     /// Forgets everything under way: whoever waited has given up.
     pub(super) fn forget_all(&mut self) {
         self.slots.iter_mut().for_each(|slot| slot.is_open = false);
-    }
-
-    /// Forgets the process data frames under way: whoever waited for them has given up.
-    pub(super) fn forget_cycle(&mut self) {
-        for slot in self.slots.iter_mut().filter(|slot| slot.is_open) {
-            // Process data begin a frame, or with distributed clocks the read of the reference.
-            let first = slot.bytes.get(..slot.len).and_then(|sent| datagrams(sent).ok()?.next());
-            let command = first.and_then(|first| first.command());
-            slot.is_open = !matches!(command, Some(Command::Lrw { .. } | Command::Frmw { .. }));
-        }
     }
 
     /// When the first frame under way should be sent again if it goes unanswered for `patience`.

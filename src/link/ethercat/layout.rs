@@ -193,6 +193,9 @@ pub struct Layout {
     direction: Direction,
     runs: Vec<Run>,
     robot_bits: usize,
+    /// Whether all of it lies in our image as it lies in the process data: copying is looked up in no
+    /// runs then.
+    is_one_block: bool,
     firmware: FirmwareLayout,
     missing: Vec<u16>,
     foreign: Vec<MappingEntry>,
@@ -222,6 +225,7 @@ impl Layout {
             direction,
             runs: Vec::new(),
             robot_bits: 0,
+            is_one_block: false,
             firmware: match table {
                 PdoLayout::V10_2 => FirmwareLayout::V10_2,
                 _ => FirmwareLayout::V11_3,
@@ -236,6 +240,8 @@ impl Layout {
             layout.robot_bits += usize::from(entry.bits);
         }
         layout.close(&known)?;
+        layout.is_one_block = matches!(layout.runs.as_slice(), [run]
+            if run.bits == layout.robot_bits && run.image_bit == run.robot_bit);
         Ok(layout)
     }
 
@@ -383,7 +389,7 @@ impl Layout {
 
     /// Copies our image to where the robot has its fields; other bits stay zero.
     pub(super) fn scatter(&self, image: &[u8], robot: &mut [u8]) {
-        if self.is_one_block() && image.len() == robot.len() {
+        if self.is_one_block && image.len() == robot.len() {
             robot.copy_from_slice(image);
             return;
         }
@@ -395,7 +401,7 @@ impl Layout {
 
     /// Copies the robot's fields to where our image has them; other bits become zero.
     pub(super) fn gather(&self, robot: &[u8], image: &mut [u8]) {
-        if self.is_one_block() && image.len() == robot.len() {
+        if self.is_one_block && image.len() == robot.len() {
             image.copy_from_slice(robot);
             return;
         }
@@ -403,10 +409,6 @@ impl Layout {
         for run in &self.runs {
             copy_bits(robot, run.robot_bit, image, run.image_bit, run.bits);
         }
-    }
-
-    fn is_one_block(&self) -> bool {
-        matches!(self.runs.as_slice(), [run] if run.bits == self.robot_bits && run.image_bit == run.robot_bit)
     }
 }
 

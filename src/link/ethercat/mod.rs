@@ -2,6 +2,7 @@
 //!
 //! Read [`wire`] first: all that the link knows of the outside world.
 
+mod answer;
 mod borrowed;
 mod care;
 mod coe;
@@ -15,6 +16,7 @@ mod group;
 mod in_flight;
 #[cfg(target_os = "linux")]
 mod interface;
+mod lane;
 pub mod layout;
 mod mailbox_repeat;
 pub mod memory;

@@ -1,8 +1,8 @@
 //! The parts of `ethercrab` that a segment needs for its whole life, kept for the next one.
 //!
 //! `ethercrab` hands out frames that borrow their storage, and a link that owned both would borrow
-//! from itself. So the storage lives as long as the process (13 kB each), and a pool keeps what a
-//! dropped segment gave back: as many exist as segments were ever open at once.
+//! from itself. So the storage lives as long as the process (13 kB each, and a frame for each group),
+//! and a pool keeps what a dropped segment gave back: as many exist as segments were ever open at once.
 
 use std::prelude::v1::*;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -15,9 +15,12 @@ use ethercrab::{
 
 use super::wire::MAX_FRAME;
 
-/// Frames that can be under way at once: one of each group and one of a long task. A power of two, as
-/// `ethercrab` asks, and no larger than needed, because it looks at each place and uses them in turns.
+/// Frames that can be under way at once outside the cycle: one at a time, and those of tasks that were
+/// given up. A power of two, as `ethercrab` asks.
 pub(super) const FRAMES: usize = 8;
+/// Longest frame of the cycle of a single robot, with room to spare: `ethercrab` clears the whole place
+/// each time.
+const SHORT_FRAME: usize = 384;
 
 /// Rounds in which the clocks are drawn together before the start, when clocks are used.
 const STATIC_SYNC_ROUNDS: u32 = 1_000;
@@ -43,6 +46,16 @@ struct Parts {
 }
 
 static POOL: Mutex<Vec<Parts>> = Mutex::new(Vec::new());
+
+/// A main device for nothing but the cycle of one group, and both ends of its storage of one frame.
+struct CycleParts {
+    tx: PduTx<'static>,
+    rx: PduRx<'static>,
+    main_device: &'static MainDevice<'static>,
+    room: usize,
+}
+
+static CYCLE_POOL: Mutex<Vec<CycleParts>> = Mutex::new(Vec::new());
 
 /// Parts on loan from the pool. They go back when this is dropped, unless somebody still holds their
 /// main device; then they are lost.
@@ -77,6 +90,64 @@ impl Drop for PduCore {
         // One of these and one of the parts.
         if Arc::strong_count(&self.main_device) == 2 {
             POOL.lock().unwrap_or_else(PoisonError::into_inner).push(parts);
+        }
+    }
+}
+
+/// Parts for the cycle of one group, on loan from the pool. They go back when this is dropped; until
+/// then nobody else has them, and the futures of a cycle do not outlive the exchange.
+pub(super) struct CycleCore {
+    main_device: &'static MainDevice<'static>,
+    parts: Option<CycleParts>,
+}
+
+impl CycleCore {
+    /// A core that nobody uses, for frames of up to `frame_len` bytes.
+    pub(super) fn take(frame_len: usize) -> Self {
+        let room = if frame_len <= SHORT_FRAME { SHORT_FRAME } else { MAX_FRAME };
+        let mut pool = CYCLE_POOL.lock().unwrap_or_else(PoisonError::into_inner);
+        let pooled = pool.iter().position(|parts| parts.room == room);
+        let parts = match pooled.map(|index| pool.swap_remove(index)) {
+            Some(parts) => parts,
+            None if room == SHORT_FRAME => new_cycle_parts::<SHORT_FRAME>(),
+            None => new_cycle_parts::<MAX_FRAME>(),
+        };
+        Self { main_device: parts.main_device, parts: Some(parts) }
+    }
+
+    /// The main device of the group's cycle.
+    pub(super) const fn main_device(&self) -> &'static MainDevice<'static> {
+        self.main_device
+    }
+
+    /// The frame that waits to be sent.
+    pub(super) fn next_sendable_frame(&mut self) -> Option<SendableFrame<'static>> {
+        self.parts.as_mut()?.tx.next_sendable_frame()
+    }
+
+    /// Hands a frame that came back to whoever waits for it.
+    pub(super) fn receive_frame(&mut self, frame: &[u8]) {
+        if let Some(parts) = &mut self.parts {
+            let _ = parts.rx.receive_frame(frame);
+        }
+    }
+}
+
+impl Drop for CycleCore {
+    fn drop(&mut self) {
+        CYCLE_POOL.lock().unwrap_or_else(PoisonError::into_inner).extend(self.parts.take());
+    }
+}
+
+fn new_cycle_parts<const ROOM: usize>() -> CycleParts {
+    let config =
+        MainDeviceConfig { dc_static_sync_iterations: 0, retry_behaviour: RetryBehaviour::None };
+    loop {
+        let storage: &'static PduStorage<1, ROOM> = Box::leak(Box::new(PduStorage::new()));
+        // A storage splits once, and this one is new.
+        if let Ok((tx, rx, pdu_loop)) = storage.try_split() {
+            let main_device = Box::leak(Box::new(MainDevice::new(pdu_loop, TIMEOUTS, config)));
+            return CycleParts { tx, rx, main_device, room: ROOM };
         }
     }
 }

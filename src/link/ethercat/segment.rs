@@ -15,7 +15,7 @@ use super::condition::{Condition, GONE_AFTER, Robot};
 use super::driver::{Driver, FrameCounters, LongTask};
 use super::error::{EthercatError, Step};
 use super::event::{EventKind, EventQueue, SegmentEvent};
-use super::exchange::{PER_ROBOT, Replies, Verdict, exchange_groups, judge};
+use super::exchange::{MAX_GROUPS, PER_ROBOT, Replies, Verdict, exchange_groups, judge};
 use super::group::{GroupReply, Member, Shared};
 use super::monitor::only_dynamic_data;
 use super::notice::NoticeKind;
@@ -46,6 +46,34 @@ struct Care {
     give_up_at: Instant,
 }
 
+/// What each exchange needs of the settings, worked out once.
+struct Pace {
+    late_after_ns: u64,
+    reply_limit_ns: u64,
+    monitor_only: bool,
+}
+
+impl Pace {
+    fn new(settings: &SegmentSettings) -> Self {
+        let ns = |duration: Duration| u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX);
+        Self {
+            late_after_ns: ns(settings.cycle * 3 / 2),
+            reply_limit_ns: ns(settings.reply_limit),
+            monitor_only: settings.monitor_only,
+        }
+    }
+
+    /// After which moment the exchange after one that `began` is late.
+    const fn late_from(&self, began: Instant) -> Instant {
+        Instant::from_nanos(began.as_nanos().saturating_add(self.late_after_ns))
+    }
+
+    /// Until when an exchange that `began` waits for its frames.
+    const fn deadline(&self, began: Instant) -> Instant {
+        Instant::from_nanos(began.as_nanos().saturating_add(self.reply_limit_ns))
+    }
+}
+
 /// A segment whose robots are in OP.
 pub struct EthercatSegment<W> {
     task: Option<LongTask<CareOutcome>>,
@@ -61,7 +89,9 @@ pub struct EthercatSegment<W> {
     statistics: SegmentStatistics,
     clock: Option<ClockTrack>,
     nudge_ns: i64,
-    last_began: Option<Instant>,
+    pace: Pace,
+    /// From when on the next exchange counts as late.
+    late_from: Option<Instant>,
     /// Times of the caller and of the wire at the first exchange, for wires whose time is simulated.
     began: Option<(Instant, Instant)>,
     next_care: usize,
@@ -118,8 +148,9 @@ impl<W: Wire> EthercatSegment<W> {
         }
     }
 
-    fn assemble(driver: Driver<W>, settings: Arc<SegmentSettings>, started: Started) -> Self {
+    fn assemble(mut driver: Driver<W>, settings: Arc<SegmentSettings>, started: Started) -> Self {
         let Started { shared, seats } = started;
+        driver.open_lanes(shared.groups.iter().map(|group| group.frame_len(&shared.main_device)));
         let subdevices: Vec<SubDeviceFound> = seats.into_iter().map(|seat| seat.found).collect();
         let found = shared.members.iter().map(|member| RobotFound {
             position: member.position,
@@ -142,12 +173,13 @@ impl<W: Wire> EthercatSegment<W> {
             robots: shared.members.iter().map(|_| Robot::new()).collect(),
             shared: Arc::new(shared),
             subdevices,
+            pace: Pace::new(&settings),
             settings,
             events: EventQueue::new(),
             statistics: SegmentStatistics::new(),
             clock,
             nudge_ns: 0,
-            last_began: None,
+            late_from: None,
             began: None,
             next_care: 0,
             driver,
@@ -194,24 +226,24 @@ impl<W: Wire> EthercatSegment<W> {
     /// One bus cycle, in the time of the wire.
     fn cycle(&mut self) {
         let began = self.driver.now();
-        if let Some(last) = self.last_began.replace(began) {
-            let limit = self.settings.cycle * 3 / 2;
-            self.statistics.late += u64::from(began.saturating_duration_since(last) > limit);
+        if let Some(late_from) = self.late_from.replace(self.pace.late_from(began)) {
+            self.statistics.late += u64::from(began > late_from);
         }
         let main_device = &self.shared.main_device;
         for (member, robot) in self.shared.members.iter().zip(&self.robots) {
             let Some(group) = self.shared.groups.get(member.group) else { continue };
-            let outputs = match self.settings.monitor_only {
+            let outputs = match self.pace.monitor_only {
                 true => &only_dynamic_data(&robot.outputs),
                 false => &robot.outputs,
             };
             group.write(main_device, member.index, &member.outputs, outputs);
         }
-        let deadline = began + self.settings.reply_limit;
-        let (replies, outcome) = exchange_groups(
+        let deadline = self.pace.deadline(began);
+        let mut replies: Replies = [None; MAX_GROUPS];
+        let outcome = exchange_groups(
             &mut self.driver,
-            main_device,
             &self.shared.groups,
+            &mut replies,
             deadline,
             &mut self.task,
         );
@@ -222,93 +254,124 @@ impl<W: Wire> EthercatSegment<W> {
             self.take_outcome(outcome, ended);
         }
         self.take_notice();
-        self.look_after(ended);
+        let has_tasks = self.care.is_some() || self.parked.is_some();
+        if has_tasks || self.robots.iter().any(|robot| robot.wants().is_some()) {
+            self.look_after(ended);
+        }
     }
 
     fn count(&mut self, began: Instant, ended: Instant, replies: &Replies) {
         let groups = self.shared.groups.len();
-        let answered = replies.iter().take(groups).filter(|reply| reply.is_some()).count();
+        let (mut answered, mut found) = (0, 0_u16);
+        for reply in replies.iter().take(groups).flatten() {
+            answered += 1;
+            found = found.saturating_add(reply.working_counter);
+        }
         self.statistics.exchanges += 1;
         if answered == groups {
-            self.statistics.record_exchange(ended.saturating_duration_since(began));
-            let counted = replies.iter().flatten().map(|reply| reply.working_counter);
-            let found = counted.fold(0, u16::saturating_add);
+            self.statistics.record_exchange(ended.as_nanos().saturating_sub(began.as_nanos()));
             let robots = u16::try_from(self.robots.len()).unwrap_or(u16::MAX);
             let expected = robots.saturating_mul(PER_ROBOT);
             self.statistics.working_counter = Some(WorkingCounter { expected, found });
         } else {
             self.statistics.lost += 1;
         }
-        let reading = replies.iter().flatten().find_map(|reply| reply.clock);
-        self.nudge_ns = match (&mut self.clock, reading) {
-            (Some(clock), Some(reading)) => clock.take(began, reading, &mut self.statistics.clock),
-            _ => 0,
+        let Some(clock) = &mut self.clock else { return };
+        self.nudge_ns = match replies.iter().flatten().find_map(|reply| reply.clock) {
+            Some(reading) => clock.take(began, reading, &mut self.statistics.clock),
+            None => 0,
         };
     }
 
     fn take_replies(&mut self, replies: &Replies) {
-        let shared = Arc::clone(&self.shared);
-        for (number, (member, robot)) in shared.members.iter().zip(&mut self.robots).enumerate() {
-            let reply = replies.get(member.group).copied().flatten();
-            let group = shared.groups.get(member.group);
-            let (Some(reply), Some(group)) = (reply, group) else {
-                robot.unanswered = robot.unanswered.saturating_add(1);
-                robot.grow_stale();
+        let has_tasks = self.care.is_some() || self.parked.is_some();
+        let mut all_answer = true;
+        for number in 0..self.robots.len() {
+            let (Some(member), Some(robot)) =
+                (self.shared.members.get(number), self.robots.get_mut(number))
+            else {
                 continue;
             };
-            // A task that changes the robot's state tells when it is done.
-            let parked = self.parked.as_ref().map(|(care, _)| care);
-            let is_changed = self.care.iter().chain(parked).any(|care| {
-                care.robot == number && matches!(care.kind, CareKind::Lift | CareKind::Restore)
-            });
-            match judge(&reply, member.index, group.len()) {
-                Verdict::Fresh if robot.condition == Condition::Blocked || is_changed => {
-                    (robot.unanswered, robot.doubtful) = (0, 0);
+            let reply = replies.get(member.group).and_then(Option::as_ref);
+            let group = self.shared.groups.get(member.group);
+            if let (Some(reply), Some(group)) = (reply, group) {
+                let verdict = judge(reply, member.index, group.len());
+                if verdict == Verdict::Fresh && robot.condition == Condition::InOp && !has_tasks {
+                    robot.refresh(&self.shared, member, group);
+                } else {
+                    self.take_unusual(number, verdict, reply);
                 }
-                Verdict::Fresh => {
-                    if !matches!(robot.condition, Condition::InOp | Condition::Starting) {
-                        self.events.push(number, EventKind::BackInOp);
-                    }
-                    (robot.unanswered, robot.doubtful) = (0, 0);
-                    robot.condition = Condition::InOp;
-                    robot.quality = InputQuality::Fresh;
-                    group.read(
-                        &shared.main_device,
-                        member.index,
-                        &member.inputs,
-                        &mut robot.inputs,
-                    );
+            } else {
+                robot.unanswered = robot.unanswered.saturating_add(1);
+                robot.grow_stale();
+            }
+            all_answer &= self.robots.get(number).is_some_and(|robot| robot.unanswered == 0);
+        }
+        if !all_answer {
+            self.let_go();
+        }
+    }
+
+    /// Takes a reply of a robot that was not in OP or is not now, that has a task, or whose working
+    /// counter does not add up.
+    #[cold]
+    fn take_unusual(&mut self, number: usize, verdict: Verdict, reply: &GroupReply) {
+        let Self { shared, robots, care, parked, events, statistics, .. } = self;
+        let (Some(member), Some(robot)) = (shared.members.get(number), robots.get_mut(number))
+        else {
+            return;
+        };
+        let Some(group) = shared.groups.get(member.group) else { return };
+        // A task that changes the robot's state tells when it is done.
+        let parked = parked.as_ref().map(|(care, _)| care);
+        let is_changed = care.iter().chain(parked).any(|care| {
+            care.robot == number && matches!(care.kind, CareKind::Lift | CareKind::Restore)
+        });
+        match verdict {
+            Verdict::Fresh if robot.condition == Condition::Blocked || is_changed => {
+                (robot.unanswered, robot.doubtful) = (0, 0);
+            }
+            Verdict::Fresh => {
+                if !matches!(robot.condition, Condition::InOp | Condition::Starting) {
+                    events.push(number, EventKind::BackInOp);
                 }
-                Verdict::Doubtful => {
-                    self.statistics.wrong_counter += 1;
-                    robot.grow_stale();
-                    if robot.doubt() {
-                        let (expected, found) = (counter_of(&reply), reply.working_counter);
-                        self.events.push(number, EventKind::WrongCounter { expected, found });
-                    }
-                }
-                Verdict::NotInOp(_) => {
-                    (robot.unanswered, robot.doubtful) = (0, 0);
-                    match robot.condition {
-                        Condition::InOp => {
-                            robot.condition = Condition::Away { seen: None, is_told: false };
-                        }
-                        // It was only out of sight: what it was told is still there.
-                        Condition::Gone { .. } if !is_changed => {
-                            self.events.push(number, EventKind::Returned);
-                            robot.condition = Condition::Away { seen: None, is_told: false };
-                        }
-                        _ => {}
-                    }
-                    robot.quality = InputQuality::Lost;
-                }
-                Verdict::Silent => {
-                    robot.unanswered = robot.unanswered.saturating_add(1);
-                    robot.doubtful = 0;
-                    robot.quality = InputQuality::Lost;
+                robot.condition = Condition::InOp;
+                robot.refresh(shared, member, group);
+            }
+            Verdict::Doubtful => {
+                statistics.wrong_counter += 1;
+                robot.grow_stale();
+                if robot.doubt() {
+                    let (expected, found) = (counter_of(reply), reply.working_counter);
+                    events.push(number, EventKind::WrongCounter { expected, found });
                 }
             }
+            Verdict::NotInOp(_) => {
+                (robot.unanswered, robot.doubtful) = (0, 0);
+                match robot.condition {
+                    Condition::InOp => {
+                        robot.condition = Condition::Away { seen: None, is_told: false };
+                    }
+                    // It was only out of sight: what it was told is still there.
+                    Condition::Gone { .. } if !is_changed => {
+                        events.push(number, EventKind::Returned);
+                        robot.condition = Condition::Away { seen: None, is_told: false };
+                    }
+                    _ => {}
+                }
+                robot.quality = InputQuality::Lost;
+            }
+            Verdict::Silent => {
+                robot.unanswered = robot.unanswered.saturating_add(1);
+                robot.doubtful = 0;
+                robot.quality = InputQuality::Lost;
+            }
         }
+    }
+
+    /// Gives up robots that have not answered for long.
+    #[cold]
+    fn let_go(&mut self) {
         for (number, robot) in self.robots.iter_mut().enumerate() {
             let may_leave = matches!(robot.condition, Condition::InOp | Condition::Away { .. });
             if robot.unanswered >= GONE_AFTER && may_leave {
@@ -331,6 +394,7 @@ impl<W: Wire> EthercatSegment<W> {
     }
 
     /// What came of the task for a robot.
+    #[cold]
     fn take_outcome(&mut self, outcome: CareOutcome, now: Instant) {
         let Some(Care { robot: number, kind, .. }) = self.care.take() else { return };
         let Some(robot) = self.robots.get_mut(number) else { return };
@@ -404,6 +468,7 @@ impl<W: Wire> EthercatSegment<W> {
     }
 
     /// Ends a task that does not advance, and gives the next robot that needs one a task.
+    #[cold]
     fn look_after(&mut self, now: Instant) {
         if self.care.as_ref().is_some_and(|care| now >= care.give_up_at) {
             self.task = None;

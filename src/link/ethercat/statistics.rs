@@ -64,9 +64,8 @@ impl SegmentStatistics {
         }
     }
 
-    pub(super) fn record_exchange(&mut self, took: Duration) {
-        let ns = u64::try_from(took.as_nanos()).unwrap_or(LONGEST_NS).clamp(1, LONGEST_NS);
-        self.exchange_ns.saturating_record(ns);
+    pub(super) fn record_exchange(&mut self, took_ns: u64) {
+        self.exchange_ns.saturating_record(took_ns.clamp(1, LONGEST_NS));
     }
 }
 
