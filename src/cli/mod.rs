@@ -26,7 +26,6 @@ mod sim;
 mod source;
 mod summary;
 mod table;
-#[cfg(target_os = "linux")]
 mod text;
 mod virtual_robot;
 mod watch;

@@ -30,3 +30,4 @@ pub mod runner;
 pub mod seat;
 pub mod single;
 pub mod statistics;
+pub mod text;

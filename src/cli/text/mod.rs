@@ -1,7 +1,14 @@
-//! What the commands do over the robot's text interface: addresses, served robots, words.
+//! What the commands do over the robot's text interface: addresses, runs, served robots, words.
 //!
-//! Read `serve.rs` first: a virtual robot at its two ports, alone or with EtherNet/IP beside them.
+//! Read `run.rs` first: robot programs over TCP. `serve.rs` is a virtual robot at its two ports, alone or
+//! with EtherNet/IP beside them.
 
+pub(super) mod link_name;
 pub(super) mod place;
+pub(super) mod run;
+mod run_link;
+mod run_words;
+#[cfg(target_os = "linux")]
 pub(super) mod serve;
+#[cfg(target_os = "linux")]
 mod words;

@@ -28,6 +28,7 @@ mod answer;
 mod client;
 mod connection;
 mod error;
+pub mod memory;
 mod message;
 mod monitor;
 mod ports;
