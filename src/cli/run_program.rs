@@ -383,7 +383,10 @@ pub(super) fn run(args: &RunArgs) -> Result<Exit, Failure> {
         return text::run::run(&TcpRun {
             link,
             sources: of_robots().collect(),
-            titles: (1..).zip(of_robots()).map(|(number, source)| args.title(number, source)).collect(),
+            titles: (1..)
+                .zip(of_robots())
+                .map(|(number, source)| args.title(number, source))
+                .collect(),
             directories,
             interrupted,
             sim: &args.sim,

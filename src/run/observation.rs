@@ -122,7 +122,8 @@ mod tests {
 
     #[test]
     fn values_in_the_wrong_order_are_not_plausible() {
-        let sane = Observation { fifo_space: Some(13_000), pose: [190.0; 6], ..Observation::default() };
+        let sane =
+            Observation { fifo_space: Some(13_000), pose: [190.0; 6], ..Observation::default() };
         assert!(sane.is_plausible());
         let swapped = Some(13_000_u16.swap_bytes());
         assert!(!Observation { fifo_space: swapped, ..sane }.is_plausible());

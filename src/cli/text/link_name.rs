@@ -68,7 +68,8 @@ impl Host {
             return Ok(SocketAddr::new(address, self.port));
         }
         let found = (self.name.as_str(), self.port).to_socket_addrs();
-        let none = |why: String| Failure::link(format!("the host `{}` is not known: {why}", self.name));
+        let none =
+            |why: String| Failure::link(format!("the host `{}` is not known: {why}", self.name));
         let mut found = found.map_err(|error| none(error.to_string()))?;
         found.next().ok_or_else(|| none("it has no address".into()))
     }
@@ -140,7 +141,8 @@ impl TcpOptions {
                 self.interval = ms(1.0..=1_000.0, "the interval of positions in ms, 1 to 1000")?;
             }
             "watchdog_ms" => {
-                let what = "the time in ms after which a robot that hears nothing stops, 100 to 60000";
+                let what =
+                    "the time in ms after which a robot that hears nothing stops, 100 to 60000";
                 self.watchdog = ms(100.0..=60_000.0, what)?;
             }
             _ => return Err(format!("`{key}` is no option of this link; there are {keys}")),
@@ -176,9 +178,11 @@ impl TcpName {
     pub(in crate::cli) fn parse(rest: &str) -> Result<Self, String> {
         let (hosts, query) = split_query(rest);
         if hosts.is_empty() {
-            return Err("tcp needs the address of a robot, as in tcp:192.168.0.100; tcp-sim needs \
+            return Err(
+                "tcp needs the address of a robot, as in tcp:192.168.0.100; tcp-sim needs \
                         none"
-                .into());
+                    .into(),
+            );
         }
         let options = TcpOptions::parse(query, KEYS)?;
         let hosts: Vec<Host> = hosts
@@ -194,7 +198,10 @@ impl TcpName {
             }
         }
         if hosts.len() > MOST_ROBOTS {
-            return Err(format!("{} addresses; one link drives {MOST_ROBOTS} at most", hosts.len()));
+            return Err(format!(
+                "{} addresses; one link drives {MOST_ROBOTS} at most",
+                hosts.len()
+            ));
         }
         if !options.monitors.is_empty() && options.monitors.len() != hosts.len() {
             return Err(format!(
@@ -240,7 +247,8 @@ mod tests {
         assert_eq!(controls("192.168.0.100"), ["192.168.0.100 10000"]);
         assert_eq!(controls("[::1]:7,::1"), ["::1 7", "::1 10000"]);
         assert_eq!(controls("arm-1.cell:10002,10.0.0.7"), ["arm-1.cell 10002", "10.0.0.7 10000"]);
-        let name = TcpName::parse("a?monitor=10.0.0.7&interval_ms=2.5&watchdog_ms=500").expect("good");
+        let name =
+            TcpName::parse("a?monitor=10.0.0.7&interval_ms=2.5&watchdog_ms=500").expect("good");
         assert_eq!(name.options.monitors, [Host { name: "10.0.0.7".into(), port: 10_001 }]);
         assert_eq!(name.options.interval, Some(Duration::from_micros(2_500)));
         assert_eq!(name.options.watchdog, Some(Duration::from_millis(500)));
@@ -263,7 +271,10 @@ mod tests {
             ("a?", "nothing stands behind `?`; there are monitor, interval_ms and watchdog_ms"),
             ("a?rpi_ms=10", "`rpi_ms` is no option of this link; there are monitor"),
             ("a?monitor=", "monitor=``: `` is neither an IP address"),
-            ("a,b?monitor=c", "monitor names 1, the link 2: name one monitoring port for each robot"),
+            (
+                "a,b?monitor=c",
+                "monitor names 1, the link 2: name one monitoring port for each robot",
+            ),
             ("a?interval_ms=0", "interval_ms=`0`: the interval of positions in ms, 1 to 1000"),
             ("a?interval_ms=NaN", "1 to 1000"),
             ("a?watchdog_ms=1", "watchdog_ms=`1`: the time in ms after which a robot"),

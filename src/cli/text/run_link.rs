@@ -7,6 +7,7 @@ use std::thread;
 
 use super::link_name::TcpOptions;
 use crate::bus::text::client::{ClientSettings, SubmitError};
+use crate::bus::text::{CONTROL_PORT, MONITORING_PORT};
 use crate::cli::exit::Failure;
 use crate::link::clock::MonotonicClock;
 use crate::link::text::memory::MemoryConnection;
@@ -23,6 +24,8 @@ use crate::wire::meca500::code::Code;
 const CONNECT_LIMIT: Duration = Duration::from_secs(10);
 /// How long somebody else's control is waited for: a robot may need that to see that a client has vanished.
 const CONTROL_LIMIT: Duration = Duration::from_secs(5);
+/// Time for the first answer.
+const ANSWER_LIMIT: Duration = Duration::from_secs(5);
 /// Time between two attempts to connect.
 const RETRY: Duration = Duration::from_millis(250);
 /// Time for one attempt to connect to a robot that reboots.
@@ -65,6 +68,13 @@ impl SocketLink {
                 Err(error) => return Err(refused(control, &error)),
             }
         };
+        let answered = client.sync().and_then(|mut answer| answer.wait(ANSWER_LIMIT));
+        if let Err(error) = answered {
+            return Err(Failure::link(format!(
+                "{control} greets as a robot and answers no command ({error}); is it the control port \
+                 ({CONTROL_PORT}), not the monitoring port ({MONITORING_PORT})?"
+            )));
+        }
         let messages = client.messages();
         let monitor = monitor.map(|at| Monitor::connect(at, CONNECT_LIMIT)).transpose();
         let monitor = monitor.map_err(|error| Failure::link(format!("monitoring: {error}")))?;
@@ -113,6 +123,8 @@ fn refused(control: SocketAddr, error: &ConnectError) -> Failure {
         ConnectError::Refused(Code::FIRMWARE_UPGRADE) => {
             format!("{control}: the robot's firmware is being upgraded ([3002]); try again later")
         }
+        // They name the address.
+        ConnectError::Socket { .. } | ConnectError::NoGreeting { .. } => error.to_string(),
         error => format!("{control}: {error}"),
     })
 }

@@ -29,6 +29,10 @@ pub(super) fn outcome(
             return (exit, format!("interrupted{place}\n  {stop}"));
         }
         End::ConnectionLost => connection_lost(program, records, lost),
+        End::NotConnected => (
+            "the robot does not answer".into(),
+            "look at the network, and whether the port is the robot's control port.".into(),
+        ),
         end => reason(end),
     };
     let mut message = place.unwrap_or_else(|| file.to_string());
@@ -50,15 +54,20 @@ fn stopped(stop: Stop) -> Option<String> {
     Some(match stop {
         Stop::NotNeeded => return None,
         Stop::Confirmed => {
-            "Motion was paused and cleared, both confirmed by the robot; the connection is closed.".into()
+            "Motion was paused and cleared, both confirmed by the robot; the connection is closed."
+                .into()
         }
-        Stop::Deactivated => "The robot was being activated or homed and was deactivated, which it \
+        Stop::Deactivated => {
+            "The robot was being activated or homed and was deactivated, which it \
                               confirmed."
-            .into(),
+                .into()
+        }
         Stop::NotActivated => "The robot is not activated; nothing had to be stopped.".into(),
-        Stop::LinkLost => "The connection was lost before the robot confirmed that it had stopped. Look \
+        Stop::LinkLost => {
+            "The connection was lost before the robot confirmed that it had stopped. Look \
                            at the robot before going near it."
-            .into(),
+                .into()
+        }
         Stop::Unconfirmed => format!(
             "The robot did not confirm within {} s that it had stopped; the connection was closed, upon \
              which a moving robot stops. Look at the robot before going near it.",

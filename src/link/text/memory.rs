@@ -182,7 +182,8 @@ impl<D: TextDevice> MemoryConnection<D> {
     /// What the robot has said is on its way from now on.
     fn collect(&mut self) {
         let arrives = self.now + self.latency;
-        for (port, splitter) in [Port::Control, Port::Monitoring].into_iter().zip(&mut *self.splitters)
+        for (port, splitter) in
+            [Port::Control, Port::Monitoring].into_iter().zip(&mut *self.splitters)
         {
             let peer = if port == Port::Control { Peer::Control } else { MONITOR };
             let mut bytes = self.session.waiting(peer);

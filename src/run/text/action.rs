@@ -179,9 +179,9 @@ impl Step {
                 Judgement::Failed(Fault::SafetyStopPresent)
             }
             Self::Activate | Self::Initialise => done_if(robot.is_activated()),
-            Self::Home { or_recovery } => done_if(
-                robot.is(|status| status.is_homed) || or_recovery && robot.is_in_recovery,
-            ),
+            Self::Home { or_recovery } => {
+                done_if(robot.is(|status| status.is_homed) || or_recovery && robot.is_in_recovery)
+            }
             Self::Deactivate => done_if(!robot.is_activated()),
             Self::ResetError => done_if(!robot.is(|status| status.is_in_error)),
             Self::Pause => done_if(robot.is(|status| status.is_paused)),

@@ -142,4 +142,3 @@ fn record(recording: &mut Recording, runner: &TextRunner<'_>, at: Instant, seen:
         done: counts.done,
     });
 }
-

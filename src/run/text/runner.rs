@@ -41,7 +41,6 @@ use super::link::Heard;
 use super::robot::{Robot, is_error, is_of_the_state, is_refusal, safety_signal};
 use super::settings::TextSettings;
 use super::stop::{Halt, Progress};
-use ending::{is_undecided, reason_of};
 use super::talk::{Talk, TalkStatistics};
 use super::trace::Trace;
 use crate::engine::meca500::{AbortReason, Action, Event, Fault, WaitReason};
@@ -55,6 +54,7 @@ use crate::wire::meca500::code::Code;
 use crate::wire::meca500::command::MotionCommand;
 use crate::wire::meca500::image::SafetySignals;
 use crate::wire::meca500::text::{CommandText, Message, Statement, TextCommandSpec};
+use ending::{is_undecided, reason_of};
 
 /// Time for the robot to read a line and to answer.
 ///
@@ -62,8 +62,10 @@ use crate::wire::meca500::text::{CommandText, Message, Statement, TextCommandSpe
 pub const ANSWER_LIMIT: Duration = Duration::from_secs(10);
 /// Silence after which the robot is asked for its state.
 const SILENCE: Duration = Duration::from_secs(2);
-/// Time between two looks at a state that is waited for.
-const LOOK_AGAIN: Duration = Duration::from_millis(20);
+/// Time between two looks at a state that is waited for, if nothing is heard.
+const LOOK_AGAIN: Duration = Duration::from_millis(100);
+/// Time after which a robot that was busy is told again to stop.
+const STOP_AGAIN: Duration = Duration::from_millis(20);
 /// Time in which an idle robot must have told the checkpoints of what it did.
 const IDLE_LIMIT: Duration = Duration::from_secs(10);
 
@@ -392,7 +394,14 @@ impl<'p> TextRunner<'p> {
     fn answer(&mut self, code: Code, now: Instant, tell: Tell<'_>) {
         let is_error = is_error(code);
         match &mut self.stage {
-            Stage::Acting(Acting { answers: Some(answers), .. }) => answers.take_in(code, is_error),
+            Stage::Acting(Acting { answers: Some(answers), look_at, .. }) => {
+                answers.take_in(code, is_error);
+                if is_error
+                    || matches!(code.0, 2000..=2006 | 2042..=2050 | 3032 | 3070 | 3081..=3087)
+                {
+                    *look_at = now;
+                }
+            }
             Stage::Asking { step, .. } => {
                 let step = *step;
                 if self.answers_of(step).contains(&code) {
@@ -404,7 +413,7 @@ impl<'p> TextRunner<'p> {
             }
             Stage::Stopping { outcome, halt, again_at, .. } => match halt.heard(code, is_error) {
                 Progress::None => {}
-                Progress::Again => *again_at = Some(now + LOOK_AGAIN),
+                Progress::Again => *again_at = Some(now + STOP_AGAIN),
                 Progress::Next(next) => {
                     *halt = next;
                     self.talk.say(next.line());
@@ -567,11 +576,8 @@ impl<'p> TextRunner<'p> {
                 outcome.end = End::RobotError(code);
             }
             Stage::Rebooting { is_gone: false, .. } => {
-                let fault = if is_of_the_state(code) {
-                    Fault::WrongState
-                } else {
-                    Fault::RobotError(code)
-                };
+                let fault =
+                    if is_of_the_state(code) { Fault::WrongState } else { Fault::RobotError(code) };
                 self.act_failed(Action::Reboot, fault, now);
             }
             _ => {}
@@ -636,7 +642,8 @@ impl<'p> TextRunner<'p> {
         let Some(text) = self.motion_of(step).and_then(|command| CommandText::of(&command)) else {
             return false;
         };
-        let plain = |text: &str| -> String { text.chars().filter(|c| !c.is_whitespace()).collect() };
+        let plain =
+            |text: &str| -> String { text.chars().filter(|c| !c.is_whitespace()).collect() };
         plain(quoted) == plain(&format!("{text}"))
     }
 
@@ -662,7 +669,11 @@ impl<'p> TextRunner<'p> {
         }
         if self.talk.is_overdue(now, ANSWER_LIMIT) {
             // Whether it has taken what was sent, nobody knows.
-            let outcome = self.outcome_of(End::Fault(Fault::AckTimeout), Stop::NotNeeded);
+            let end = match self.stage {
+                Stage::SettingUp { .. } => End::NotConnected,
+                _ => End::Fault(Fault::AckTimeout),
+            };
+            let outcome = self.outcome_of(end, Stop::NotNeeded);
             return self.stop(outcome, now);
         }
         if now - self.talk.heard_at >= SILENCE && !self.talk.is_awaiting() {

@@ -71,9 +71,7 @@ impl Halt {
             (Self::Deactivate, Code::ACTIVATION_FAILED) => Progress::Over(Stop::NotActivated),
             (_, Code::NOT_ACTIVATED) => Progress::Over(Stop::NotActivated),
             // Not homed, it cannot move; in error, it has stopped.
-            (_, Code::NOT_HOMED) | (Self::Clear, Code::IN_ERROR) => {
-                Progress::Over(Stop::NotNeeded)
-            }
+            (_, Code::NOT_HOMED) | (Self::Clear, Code::IN_ERROR) => Progress::Over(Stop::NotNeeded),
             // Not paused is one more reason to clear.
             (Self::Pause, _) if is_error => Progress::Next(Self::Clear),
             _ => Progress::None,

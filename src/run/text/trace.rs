@@ -129,8 +129,14 @@ mod tests {
     fn the_messages_of_one_interval_are_one_observation() {
         let mut trace = Trace::new();
         // The example of the manual, PM L860-864.
-        assert_eq!(told(&mut trace, "[2026][-102.6011,-0.0000,-78.9239,-0.0000,15.7848,110.3150]"), None);
-        assert_eq!(told(&mut trace, "[2027][-3.7936,-16.9703,457.5125,26.3019,-5.6569,9.0367]"), None);
+        assert_eq!(
+            told(&mut trace, "[2026][-102.6011,-0.0000,-78.9239,-0.0000,15.7848,110.3150]"),
+            None
+        );
+        assert_eq!(
+            told(&mut trace, "[2027][-3.7936,-16.9703,457.5125,26.3019,-5.6569,9.0367]"),
+            None
+        );
         let seen = told(&mut trace, "[2230][58675156984]").unwrap();
         assert_eq!((seen.joints_deg[0], seen.pose[2]), (-102.6011, 457.5125));
         assert_eq!((seen.robot_time_us, seen.fifo_space), (58_675_156_984, None));
@@ -167,7 +173,9 @@ mod tests {
     #[test]
     fn what_is_no_six_numbers_changes_nothing() {
         let mut trace = Trace::new();
-        for line in ["[2026][1,2]", "[2027][a]", "[2230][x]", "[2230][-1]", "[2201][1,2,3]", "[2200][]"] {
+        for line in
+            ["[2026][1,2]", "[2027][a]", "[2230][x]", "[2230][-1]", "[2201][1,2,3]", "[2200][]"]
+        {
             assert_eq!(told(&mut trace, line), None, "{line}");
         }
     }

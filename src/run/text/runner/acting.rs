@@ -95,8 +95,8 @@ impl TextRunner<'_> {
         if let Stage::Acting(Acting { action, deadline, .. }) = self.stage
             && now >= deadline
         {
-            let waits_for_signal = matches!(step, Step::Resume)
-                && !self.robot.blocking_stops().is_empty();
+            let waits_for_signal =
+                matches!(step, Step::Resume) && !self.robot.blocking_stops().is_empty();
             let fault = if waits_for_signal { Fault::SafetyStopPresent } else { Fault::Timeout };
             self.act_failed(action, fault, now);
         }
