@@ -89,7 +89,7 @@ pub(super) struct RunArgs {
     /// ?KEY=VALUE&... with rpi_ms (10), multiplier (16), t2o (unicast or multicast), config (151, a number
     /// or none), key (none, wildcard or exact), and behind enip:ADDR also bind (a local IPv4 address) and
     /// io_port (2222, 0 for any). Behind tcp:ADDR and tcp-sim may stand interval_ms (of the positions, as
-    /// the robot has it) and watchdog_ms (none), and behind tcp:ADDR also monitor (ADDR[:PORT] of the
+    /// the robot has it) and watchdog_ms (none), and behind tcp:ADDR also monitor (address and port of the
     /// monitoring port; without it positions come over the control port).
     #[arg(long, default_value = "sim", value_parser = LinkChoice::parse)]
     link: LinkChoice,

@@ -102,9 +102,9 @@ fn open_all<'a>(run: &TcpRun<'a>) -> Result<Vec<Robot<'a>>, Failure> {
 
 fn open(run: &TcpRun<'_>, place: usize, label: &str) -> Result<AnyLink, Failure> {
     match ports(&run.link.hosts, &run.link.options, place)? {
-        Some((control, monitor)) => {
-            SocketLink::open(control, monitor, label.into(), run.is_quiet).map(AnyLink::Sockets)
-        }
+        Some((control, monitor)) => SocketLink::open(control, monitor, label.into(), run.is_quiet)
+            .map(Box::new)
+            .map(AnyLink::Sockets),
         None => {
             let robot =
                 virtual_robot::new(run.sim, OrderName::Big, run.revision, CyclicBus::Direct);

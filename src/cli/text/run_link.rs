@@ -14,7 +14,6 @@ use crate::link::text::memory::MemoryConnection;
 use crate::link::text::{
     AnswerError, Client, ClientOptions, ConnectError, Messages, Monitor, OwnedMessage, Port,
 };
-use crate::run::outcome::LinkMessage;
 use crate::run::text::{Heard, TextLink};
 use crate::sim::meca500::VirtualRobot;
 use crate::time::{Duration, Instant};
@@ -130,11 +129,13 @@ fn refused(control: SocketAddr, error: &ConnectError) -> Failure {
 }
 
 impl TextLink for SocketLink {
+    type Error = String;
+
     fn now(&self) -> Instant {
         self.clock.now()
     }
 
-    fn send(&mut self, command: &str) -> Result<bool, LinkMessage> {
+    fn send(&mut self, command: &str) -> Result<bool, String> {
         let sent = if command.starts_with(FEEDING) {
             self.client.send_expecting(command, &[])
         } else {
@@ -147,8 +148,8 @@ impl TextLink for SocketLink {
                 Ok(true)
             }
             Err(AnswerError::Submit(SubmitError::Busy | SubmitError::OutboxFull)) => Ok(false),
-            Err(AnswerError::Ended(reason)) => Err(LinkMessage::of(&reason)),
-            Err(error) => Err(LinkMessage::of(&error)),
+            Err(AnswerError::Ended(reason)) => Err(reason.to_string()),
+            Err(error) => Err(error.to_string()),
         }
     }
 
@@ -156,7 +157,7 @@ impl TextLink for SocketLink {
         &mut self,
         until: Instant,
         take: &mut dyn FnMut(Instant, Heard<'_>),
-    ) -> Result<(), LinkMessage> {
+    ) -> Result<(), String> {
         let mut tell = |clock: &MonotonicClock, message: &OwnedMessage| {
             take(clock.now(), Heard::Control(message.as_message()));
         };
@@ -165,12 +166,12 @@ impl TextLink for SocketLink {
             match self.messages.wait_next(limit) {
                 Ok(Some(message)) => tell(&self.clock, &message),
                 Ok(None) => break,
-                Err(reason) => return Err(LinkMessage::of(&reason)),
+                Err(reason) => return Err(reason.to_string()),
             }
             limit = Duration::ZERO;
         }
         if self.messages.missed() > 0 {
-            return Err(LinkMessage::of(&"this computer was too busy to read what the robot said"));
+            return Err("this computer was too busy to read what the robot said".into());
         }
         self.take_monitored(take);
         Ok(())
@@ -212,19 +213,21 @@ impl MemoryLink {
 }
 
 impl TextLink for MemoryLink {
+    type Error = String;
+
     fn now(&self) -> Instant {
         self.connection.now()
     }
 
-    fn send(&mut self, command: &str) -> Result<bool, LinkMessage> {
-        self.connection.send(command).map(|()| true).map_err(|reason| LinkMessage::of(&reason))
+    fn send(&mut self, command: &str) -> Result<bool, String> {
+        self.connection.send(command).map(|()| true).map_err(|reason| reason.to_string())
     }
 
     fn receive(
         &mut self,
         until: Instant,
         take: &mut dyn FnMut(Instant, Heard<'_>),
-    ) -> Result<(), LinkMessage> {
+    ) -> Result<(), String> {
         let until = match &self.clock {
             None => until,
             Some(clock) => {
@@ -242,7 +245,7 @@ impl TextLink for MemoryLink {
                 },
             );
         });
-        received.map_err(|reason| LinkMessage::of(&reason))
+        received.map_err(|reason| reason.to_string())
     }
 
     fn reconnect(&mut self) -> bool {
@@ -253,11 +256,13 @@ impl TextLink for MemoryLink {
 
 /// Any of the links of a run over TCP.
 pub(super) enum AnyLink {
-    Sockets(SocketLink),
+    Sockets(Box<SocketLink>),
     Memory(Box<MemoryLink>),
 }
 
 impl TextLink for AnyLink {
+    type Error = String;
+
     fn now(&self) -> Instant {
         match self {
             Self::Sockets(link) => link.now(),
@@ -265,7 +270,7 @@ impl TextLink for AnyLink {
         }
     }
 
-    fn send(&mut self, command: &str) -> Result<bool, LinkMessage> {
+    fn send(&mut self, command: &str) -> Result<bool, String> {
         match self {
             Self::Sockets(link) => link.send(command),
             Self::Memory(link) => link.send(command),
@@ -276,7 +281,7 @@ impl TextLink for AnyLink {
         &mut self,
         until: Instant,
         take: &mut dyn FnMut(Instant, Heard<'_>),
-    ) -> Result<(), LinkMessage> {
+    ) -> Result<(), String> {
         match self {
             Self::Sockets(link) => link.receive(until, take),
             Self::Memory(link) => link.receive(until, take),

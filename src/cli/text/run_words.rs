@@ -76,6 +76,29 @@ fn stopped(stop: Stop) -> Option<String> {
     })
 }
 
+/// What is known of a line when the connection is lost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Fate {
+    Done,
+    Taken,
+    Sent,
+    NeverSent,
+}
+
+impl Fate {
+    /// Nothing for a line that was dropped before.
+    fn of(record: &StepRecord) -> Option<Self> {
+        match record.end {
+            StepEnd::Done => Some(Self::Done),
+            StepEnd::Unknown if record.accepted.is_some() => Some(Self::Taken),
+            StepEnd::Unknown => Some(Self::Sent),
+            StepEnd::Open | StepEnd::Aborted(_) => {
+                record.submitted.is_none().then_some(Self::NeverSent)
+            }
+        }
+    }
+}
+
 /// What is known of the lines, and what to do.
 fn connection_lost(
     program: &Program,
@@ -84,30 +107,21 @@ fn connection_lost(
 ) -> (String, String) {
     let why = lost.map(|lost| format!(": {}", lost.as_str())).unwrap_or_default();
     let mut what = format!("connection lost{why}");
-    let is = |wanted: &dyn Fn(&StepRecord) -> bool| {
-        let steps = program.steps().iter().zip(records);
-        let mut lines = steps.filter(|(_, record)| wanted(record)).map(|(step, _)| step.line);
-        let first = lines.next()?;
-        Some((first, lines.last().unwrap_or(first)))
-    };
-    let unknown = |record: &StepRecord| record.end == StepEnd::Unknown;
-    let known: [(&str, &dyn Fn(&StepRecord) -> bool); 4] = [
-        ("done", &|record| record.end == StepEnd::Done),
-        ("taken by the robot, not known to be done", &|record| {
-            unknown(record) && record.accepted.is_some()
-        }),
-        ("sent, not known to be taken", &|record| unknown(record) && record.accepted.is_none()),
-        ("never sent", &|record| record.submitted.is_none()),
+    let fates = [
+        (Fate::Done, "done"),
+        (Fate::Taken, "taken by the robot, not known to be done"),
+        (Fate::Sent, "sent, not known to be taken"),
+        (Fate::NeverSent, "never sent"),
     ];
-    for (name, wanted) in known {
-        if let Some((first, last)) = is(wanted) {
-            let lines = if first == last {
-                format!("line {first}")
-            } else {
-                format!("lines {first} to {last}")
-            };
-            what += &format!("\n  {lines}: {name}");
-        }
+    for (fate, name) in fates {
+        let steps = program.steps().iter().zip(records);
+        let mut lines =
+            steps.filter(|(_, record)| Fate::of(record) == Some(fate)).map(|(step, _)| step.line);
+        let Some(first) = lines.next() else { continue };
+        what += &match lines.next_back() {
+            None => format!("\n  line {first}: {name}"),
+            Some(last) => format!("\n  lines {first} to {last}: {name}"),
+        };
     }
     let remedy = "look at cable, power and controller, and at where the robot stands: one that moves stops \
                   when its connection breaks (PM section 4), and the next run clears what it still has \

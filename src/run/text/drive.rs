@@ -62,10 +62,10 @@ impl<L: TextLink, O: Observer> Run<'_, '_, L, O> {
             let exchanged = match self.send() {
                 Ok(()) => self.receive(),
                 // What came before the end counts.
-                Err(message) => self.receive().and(Err(message)),
+                Err(error) => self.receive().and(Err(error)),
             };
-            if let Err(message) = exchanged {
-                self.runner.link_lost(message, self.link.now());
+            if let Err(error) = exchanged {
+                self.runner.link_lost(LinkMessage::of(&error), self.link.now());
             }
         }
         self.passes += 1;
@@ -80,7 +80,7 @@ impl<L: TextLink, O: Observer> Run<'_, '_, L, O> {
         is_running.then(|| self.runner.current_step())
     }
 
-    fn send(&mut self) -> Result<(), LinkMessage> {
+    fn send(&mut self) -> Result<(), L::Error> {
         while let Some(line) = self.runner.next_line() {
             if !self.link.send(line)? {
                 break;
@@ -90,7 +90,7 @@ impl<L: TextLink, O: Observer> Run<'_, '_, L, O> {
         Ok(())
     }
 
-    fn receive(&mut self) -> Result<(), LinkMessage> {
+    fn receive(&mut self) -> Result<(), L::Error> {
         let now = self.link.now();
         let until = self.runner.due(now).min(now + LOOK);
         let step = self.step();

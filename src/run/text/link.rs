@@ -1,6 +1,5 @@
 //! The connection to one robot's text interface, as a run sees it.
 
-use crate::run::outcome::LinkMessage;
 use crate::time::Instant;
 use crate::wire::meca500::text::Message;
 
@@ -18,6 +17,9 @@ pub enum Heard<'a> {
 /// An error means that the control connection is gone; what it says is told to people. A lost
 /// monitoring connection is no error: its messages just end.
 pub trait TextLink {
+    /// What can go wrong with it.
+    type Error: core::fmt::Display;
+
     /// The time that its messages come in.
     fn now(&self) -> Instant;
 
@@ -26,7 +28,7 @@ pub trait TextLink {
     /// # Errors
     ///
     /// The connection is gone.
-    fn send(&mut self, command: &str) -> Result<bool, LinkMessage>;
+    fn send(&mut self, command: &str) -> Result<bool, Self::Error>;
 
     /// Waits for messages until `until` at most and hands over all that are there, with the time at which
     /// they came. It may return early, with or without any.
@@ -38,7 +40,7 @@ pub trait TextLink {
         &mut self,
         until: Instant,
         take: &mut dyn FnMut(Instant, Heard<'_>),
-    ) -> Result<(), LinkMessage>;
+    ) -> Result<(), Self::Error>;
 
     /// Tries once to connect to a robot that has rebooted, for a second at most. `false`: it is not there yet.
     fn reconnect(&mut self) -> bool;

@@ -10,7 +10,7 @@
 //! What a line means is what it means over a bus (see [`crate::run::runner`]):
 //!
 //! * **Queued commands** stream ahead, each with a checkpoint of ours behind it. [`TextSettings::window`]
-//!   bounds how many are under way, so the robot's queue is never full, and [`super::allowance`] how many
+//!   bounds how many are under way, so the robot's queue is never full, and an allowance how many
 //!   leave in a second.
 //! * **PauseMotion, ClearMotion, ResumeMotion, ResetError** act when the robot has read every line before
 //!   them, every other action when those are done.
