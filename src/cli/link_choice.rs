@@ -5,10 +5,12 @@ use std::prelude::v1::*;
 
 use super::enip::link_name::{EnipName, EnipOptions, split_query};
 use super::order::OrderName;
+use super::text::link_name::TcpName;
 use crate::link::ethercat::RobotAddress;
 
 /// What `--link` takes, for messages about what it does not.
-const CHOICES: &str = "sim, ethercat-sim, ethercat:IFACE[:POSITION], enip-sim and enip:ADDR";
+const CHOICES: &str = "sim, ethercat-sim, ethercat:IFACE[:POSITION], enip-sim, enip:ADDR, tcp-sim and \
+                       tcp:ADDR";
 /// Longest name of a network interface on Linux, in bytes.
 const LONGEST_INTERFACE: usize = 15;
 
@@ -35,6 +37,8 @@ pub(super) enum LinkChoice {
     },
     /// Robots on EtherNet/IP.
     Enip(EnipName),
+    /// Robots on the text interface: at their addresses, or virtual ones in this process.
+    Tcp(TcpName),
 }
 
 impl LinkChoice {
@@ -51,6 +55,12 @@ impl LinkChoice {
             let options = EnipOptions::parse_in_memory(query)?;
             return Ok(Self::EnipSim { options, text: text.into() });
         }
+        if let Some(rest) = text.strip_prefix("tcp:") {
+            return TcpName::parse(rest).map(Self::Tcp);
+        }
+        if let ("tcp-sim", _) = split_query(text) {
+            return TcpName::parse_in_memory(text).map(Self::Tcp);
+        }
         match (name, rest) {
             ("sim", None) => Ok(Self::Sim),
             ("ethercat-sim", None) => Ok(Self::EthercatSim),
@@ -64,10 +74,16 @@ impl LinkChoice {
             }
             ("ethercat", rest) => Self::parse_ethercat(rest.unwrap_or_default()),
             ("enip", _) => EnipName::parse("").map(Self::Enip),
-            ("profinet" | "tcp", _) => {
+            ("tcp", _) => TcpName::parse("").map(Self::Tcp),
+            ("tcp-sim", Some(_)) => {
+                Err("tcp-sim has its robots in this process: no address may follow the name, only \
+                     ?KEY=VALUE"
+                    .into())
+            }
+            ("profinet", _) => {
                 Err(format!("{name} is coming in a later version; for now there are {CHOICES}"))
             }
-            _ => Err(format!("for now there are {CHOICES}; profinet and tcp are coming")),
+            _ => Err(format!("for now there are {CHOICES}; profinet is coming")),
         }
     }
 
@@ -94,7 +110,11 @@ impl LinkChoice {
 
     /// Whether the robots are virtual ones in this process, whose time may be simulated.
     pub(super) const fn is_in_process(&self) -> bool {
-        matches!(self, Self::Sim | Self::EthercatSim | Self::EnipSim { .. })
+        match self {
+            Self::Sim | Self::EthercatSim | Self::EnipSim { .. } => true,
+            Self::Tcp(name) => name.is_in_process(),
+            Self::Ethercat { .. } | Self::Enip(_) => false,
+        }
     }
 
     /// The order that virtual robots speak behind this link unless they are told another.
@@ -105,6 +125,8 @@ impl LinkChoice {
             Self::EthercatSim | Self::Ethercat { .. } => OrderName::Little,
             // What the vendor's PLC projects for this bus point to.
             Self::EnipSim { .. } | Self::Enip(_) => OrderName::Little,
+            // Text has none.
+            Self::Tcp(_) => OrderName::Big,
         }
     }
 
@@ -112,7 +134,15 @@ impl LinkChoice {
     pub(super) const fn enip_options(&self) -> Option<&EnipOptions> {
         match self {
             Self::EnipSim { options, .. } | Self::Enip(EnipName { options, .. }) => Some(options),
-            Self::Sim | Self::EthercatSim | Self::Ethercat { .. } => None,
+            Self::Sim | Self::EthercatSim | Self::Ethercat { .. } | Self::Tcp(_) => None,
+        }
+    }
+
+    /// The text interface, where the link is one: it has neither cycles nor images.
+    pub(super) const fn tcp(&self) -> Option<&TcpName> {
+        match self {
+            Self::Tcp(name) => Some(name),
+            _ => None,
         }
     }
 }
@@ -151,6 +181,7 @@ impl fmt::Display for LinkChoice {
             },
             Self::EnipSim { text, .. } => f.write_str(text),
             Self::Enip(name) => name.fmt(f),
+            Self::Tcp(name) => name.fmt(f),
         }
     }
 }
@@ -172,6 +203,12 @@ mod tests {
         ];
         for (text, choice) in choices {
             assert_eq!(LinkChoice::parse(text), Ok(choice.clone()), "{text}");
+            assert_eq!(choice.to_string(), text);
+        }
+        for text in ["tcp-sim", "tcp-sim?interval_ms=5", "tcp:127.0.0.1,[::1]:7?watchdog_ms=500"] {
+            let choice = LinkChoice::parse(text).expect(text);
+            assert!(choice.tcp().is_some() && choice.enip_options().is_none(), "{text}");
+            assert_eq!(choice.is_in_process(), text.starts_with("tcp-sim"), "{text}");
             assert_eq!(choice.to_string(), text);
         }
         for text in ["enip-sim", "enip-sim?rpi_ms=2", "enip:127.0.0.1-4?t2o=multicast"] {
@@ -223,9 +260,15 @@ mod tests {
             ("enip-sim:arm", "enip-sim has its robots in this process: no address may follow"),
             ("enip-sim?bind=1.2.3.4", "enip-sim has no sockets, so `bind` means nothing"),
             ("profinet:eth0", "profinet is coming"),
+            ("tcp", "tcp needs the address of a robot, as in tcp:192.168.0.100"),
+            ("tcp:", "tcp needs the address of a robot"),
+            ("tcp:arm?rpi_ms=10", "`rpi_ms` is no option of this link; there are monitor"),
+            ("tcp-sim:arm", "tcp-sim has its robots in this process: no address may follow"),
+            ("tcp-sim?monitor=arm", "tcp-sim has no sockets"),
             (
                 "usb",
-                "for now there are sim, ethercat-sim, ethercat:IFACE[:POSITION], enip-sim and enip:ADDR",
+                "for now there are sim, ethercat-sim, ethercat:IFACE[:POSITION], enip-sim, enip:ADDR, \
+                 tcp-sim and tcp:ADDR",
             ),
             ("", "for now there are sim"),
         ];

@@ -4,12 +4,14 @@
 //! field changes only together with [`SCHEMA_VERSION`]; new fields may appear at any time.
 
 mod enip;
+mod tcp;
 
 use std::prelude::v1::*;
 
 use serde::Serialize;
 
 pub use enip::{ReportedCounters, ReportedEnip};
+pub use tcp::ReportedTcp;
 
 use crate::link::ethercat::{FrameCounters, SegmentStatistics};
 use crate::run::outcome::{End, Outcome, Stop};
@@ -44,26 +46,29 @@ pub struct Report {
     pub outcome: ReportedOutcome,
     /// Commands by what became of them.
     pub commands: ReportedCounts,
-    /// Cycles from sending a command to its acknowledgement.
-    pub acknowledgement_cycles: ReportedQuantiles,
-    /// Bus cycles: of the whole run, so those of all robots on the segment.
-    pub cycles: ReportedCycles,
+    /// Cycles from sending a command to its acknowledgement; `null` over TCP, which has no cycles.
+    pub acknowledgement_cycles: Option<ReportedQuantiles>,
+    /// Bus cycles: of the whole run, so those of all robots on the segment; `null` over TCP.
+    pub cycles: Option<ReportedCycles>,
     /// What the frames were like; without a bus there are none.
     pub bus: Option<ReportedBus>,
     /// The robot's connection on EtherNet/IP; on another link there is none.
     pub enip: Option<ReportedEnip>,
+    /// The robot's text interface; on another link there is none.
+    pub tcp: Option<ReportedTcp>,
     /// Path length of the tool in mm, homing included; `null` where the inputs made no sense.
     pub distance_mm: Option<f64>,
-    /// Time that passed on the robot's clock, in seconds; `null` where the inputs made no sense.
+    /// Time that passed on the robot's clock, in seconds; `null` where the inputs made no sense, or where a
+    /// robot on TCP tells no time.
     pub robot_time_s: Option<f64>,
     /// Time that passed on the wall, in seconds.
     pub wall_time_s: f64,
-    /// The output image that was sent last, in hex.
-    pub final_outputs: String,
+    /// The output image that was sent last, in hex; `null` over TCP, which has none.
+    pub final_outputs: Option<String>,
     /// Every command of the program.
     pub steps: Vec<ReportedStep>,
     /// Lines that are done as far as anybody can know, but that the robot may have refused without
-    /// telling: it acknowledges a gripper command without a gripper.
+    /// telling: it acknowledges a gripper command without a gripper. None over TCP, where it tells.
     pub unconfirmed_lines: Vec<u32>,
     /// Samples of the run, evenly spaced.
     pub samples: Samples,
@@ -76,12 +81,12 @@ pub struct Settings {
     pub link: String,
     /// Robots that share the segment and its bus cycles.
     pub robots: usize,
-    /// Period of the bus, in microseconds.
-    pub cycle_us: u64,
+    /// Period of the bus, in microseconds; `null` over TCP.
+    pub cycle_us: Option<u64>,
     /// `real` or `simulated`.
     pub pace: &'static str,
-    /// `auto` or the order that was set.
-    pub byte_order: String,
+    /// `auto` or the order that was set; `null` over TCP, which sends text.
+    pub byte_order: Option<String>,
     /// The order that was used; `null` if it was never found.
     pub byte_order_used: Option<String>,
     /// Hardware revision, `R3` or `R4`.
@@ -162,6 +167,22 @@ pub struct ReportedCycles {
     pub engine_us: ReportedQuantiles,
 }
 
+impl ReportedCycles {
+    fn new(statistics: &CycleStatistics, port: &Port) -> Self {
+        let of_robot = port.statistics();
+        Self {
+            count: statistics.cycles,
+            overruns: statistics.overruns,
+            stale: of_robot.stale,
+            lost: of_robot.lost,
+            cycle_time_us: quantiles(statistics.cycle_time_ns.quantiles(), 1e-3),
+            lateness_us: quantiles(statistics.lateness_ns.quantiles(), 1e-3),
+            work_us: quantiles(statistics.work_ns.quantiles(), 1e-3),
+            engine_us: quantiles(of_robot.controller_ns.quantiles(), 1e-3),
+        }
+    }
+}
+
 /// What the frames of a real bus were like, for all its robots.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct ReportedBus {
@@ -231,12 +252,20 @@ pub struct ReportedStep {
 /// Samples of a run, one row each.
 #[derive(Clone, Debug, Serialize)]
 pub struct Samples {
-    /// One of so many cycles is a row.
+    /// One of so many cycles is a row; over TCP, one of so many monitoring intervals.
     pub every_cycles: u64,
     /// Names of the columns, units last.
     pub columns: &'static [&'static str],
-    /// The rows.
+    /// The rows; `null` where the link does not tell.
     pub rows: Vec<Vec<f64>>,
+}
+
+/// What only a link with cycles has.
+#[derive(Clone, Copy)]
+pub(super) struct Cyclic<'a> {
+    pub(super) acknowledgement_cycles: Quantiles,
+    pub(super) statistics: &'a CycleStatistics,
+    pub(super) port: &'a Port,
 }
 
 /// What a report is made of.
@@ -247,9 +276,9 @@ pub(super) struct Sources<'a> {
     pub(super) message: &'a str,
     pub(super) counts: Counts,
     pub(super) records: &'a [StepRecord],
-    pub(super) acknowledgement_cycles: Quantiles,
-    pub(super) statistics: &'a CycleStatistics,
-    pub(super) port: &'a Port,
+    /// What only a link with cycles has.
+    pub(super) cyclic: Option<Cyclic<'a>>,
+    pub(super) tcp: Option<ReportedTcp>,
     pub(super) bus: Option<ReportedBus>,
     pub(super) enip: Option<ReportedEnip>,
     pub(super) recording: &'a Recording,
@@ -263,8 +292,7 @@ impl Report {
         settings: Settings,
         sources: &Sources<'_>,
     ) -> Self {
-        let Sources { program, outcome, counts, statistics, recording, .. } = *sources;
-        let of_robot = sources.port.statistics();
+        let Sources { program, outcome, counts, recording, cyclic, .. } = *sources;
         let makes_sense = !matches!(outcome.end, End::ImplausibleInputs);
         let line = outcome.step.and_then(|step| program.steps().get(step)).map(|step| step.line);
         Self {
@@ -301,25 +329,24 @@ impl Report {
                 aborted: counts.aborted,
                 unknown: counts.unknown,
             },
-            acknowledgement_cycles: quantiles(sources.acknowledgement_cycles, 1.0),
-            cycles: ReportedCycles {
-                count: statistics.cycles,
-                overruns: statistics.overruns,
-                stale: of_robot.stale,
-                lost: of_robot.lost,
-                cycle_time_us: quantiles(statistics.cycle_time_ns.quantiles(), 1e-3),
-                lateness_us: quantiles(statistics.lateness_ns.quantiles(), 1e-3),
-                work_us: quantiles(statistics.work_ns.quantiles(), 1e-3),
-                engine_us: quantiles(of_robot.controller_ns.quantiles(), 1e-3),
-            },
+            acknowledgement_cycles: cyclic
+                .map(|cyclic| quantiles(cyclic.acknowledgement_cycles, 1.0)),
+            cycles: cyclic.map(|cyclic| ReportedCycles::new(cyclic.statistics, cyclic.port)),
             bus: sources.bus,
             enip: sources.enip.clone(),
+            tcp: sources.tcp.clone(),
             distance_mm: makes_sense.then(|| recording.distance_mm()),
-            robot_time_s: makes_sense.then(|| recording.robot_time_us() as f64 * 1e-6),
+            robot_time_s: Some(recording.robot_time_us())
+                .filter(|us| makes_sense && (cyclic.is_some() || *us > 0))
+                .map(|us| us as f64 * 1e-6),
             wall_time_s: sources.wall_time_s,
-            final_outputs: sources.port.outputs().iter().map(|b| format!("{b:02x}")).collect(),
+            final_outputs: cyclic
+                .map(|cyclic| cyclic.port.outputs().iter().map(|b| format!("{b:02x}")).collect()),
             steps: steps(sources),
-            unconfirmed_lines: unconfirmed_lines(sources),
+            unconfirmed_lines: match cyclic {
+                Some(_) => unconfirmed_lines(sources),
+                None => Vec::new(),
+            },
             samples: Samples {
                 every_cycles: recording.stride(),
                 columns: COLUMNS,
@@ -410,12 +437,15 @@ fn row(sample: &Sample) -> Vec<f64> {
             .chain(&seen.pose)
             .map(|value| value.to_string().parse::<f64>().unwrap_or(f64::NAN)),
     );
-    row.extend([seen.fifo_space, seen.move_id_sent, seen.move_id_echoed].map(f64::from));
+    // What is no number becomes `null` in the file.
+    let or_null = |value: Option<u16>| value.map_or(f64::NAN, f64::from);
+    let [sent, echoed] = [seen.move_ids.map(|ids| ids.sent), seen.move_ids.map(|ids| ids.echoed)];
+    row.extend([seen.fifo_space, sent, echoed].map(or_null));
     row.extend([sample.submitted, sample.accepted, sample.done].map(f64::from));
     row
 }
 
-fn quantiles(quantiles: Quantiles, scale: f64) -> ReportedQuantiles {
+pub(super) fn quantiles(quantiles: Quantiles, scale: f64) -> ReportedQuantiles {
     ReportedQuantiles {
         count: quantiles.count,
         min: quantiles.min as f64 * scale,

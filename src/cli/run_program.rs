@@ -16,12 +16,14 @@ use super::exit::{Exit, Failure};
 use super::grid::print;
 use super::link_choice::LinkChoice;
 use super::order::OrderName;
-use super::report::{Report, ReportedBus, Settings, Sources};
+use super::report::{Cyclic, Report, ReportedBus, Settings, Sources};
 use super::segment::{Opening, Segment, open_segment};
 use super::source::{self, Source};
+use super::text::link_name::MOST_ROBOTS as MOST_ON_TCP;
+use super::text::run::TcpRun;
 use super::watch::{self, Watcher};
 use super::wording::counted;
-use super::{report_files, summary, virtual_robot, wording};
+use super::{report_files, summary, text, virtual_robot, wording};
 use crate::engine::meca500::{ByteOrderSetting, CheckpointPolicy, CheckpointRange, Config, Engine};
 use crate::link::clock::MonotonicClock;
 use crate::link::ethercat::MAX_ROBOTS;
@@ -81,14 +83,18 @@ pub(super) struct RunArgs {
     /// the whole EtherCAT stack; ethercat:IFACE, the first robots on the segment of a network
     /// interface; ethercat:IFACE:POSITION, the one at that position, from 0; enip-sim, virtual robots
     /// behind the whole EtherNet/IP stack; enip:ADDR, the robot at an IPv4 address or host name;
-    /// enip:ADDR,ADDR and enip:192.168.0.101-104, several. Behind enip-sim and enip:ADDR may stand
+    /// enip:ADDR,ADDR and enip:192.168.0.101-104, several; tcp-sim, virtual robots behind the text
+    /// interface in memory; tcp:ADDR, the robot's TCP text interface at an IP address or host name, port
+    /// 10000 without :PORT; tcp:ADDR,ADDR, several. Behind enip-sim and enip:ADDR may stand
     /// ?KEY=VALUE&... with rpi_ms (10), multiplier (16), t2o (unicast or multicast), config (151, a number
     /// or none), key (none, wildcard or exact), and behind enip:ADDR also bind (a local IPv4 address) and
-    /// io_port (2222, 0 for any).
+    /// io_port (2222, 0 for any). Behind tcp:ADDR and tcp-sim may stand interval_ms (of the positions, as
+    /// the robot has it) and watchdog_ms (none), and behind tcp:ADDR also monitor (address and port of the
+    /// monitoring port; without it positions come over the control port).
     #[arg(long, default_value = "sim", value_parser = LinkChoice::parse)]
     link: LinkChoice,
-    /// Robots on the segment: 1 to 16, on EtherNet/IP to 64; 1 without it. Of --link enip:ADDR,ADDR each
-    /// address is one.
+    /// Robots on the segment: 1 to 16, on EtherNet/IP and TCP to 64; 1 without it. Of --link enip:ADDR,ADDR
+    /// and tcp:ADDR,ADDR each address is one.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=64))]
     robots: Option<u8>,
     /// Period of the bus cycle, in microseconds: 100 to 100000; 1000 without it. On EtherNet/IP the robot
@@ -163,15 +169,18 @@ impl From<RevisionName> for Revision {
 impl RunArgs {
     /// Refuses what fits no run, as far as the arguments alone tell.
     fn check(&self) -> Result<(), Failure> {
-        if let (LinkChoice::Enip(name), Some(robots)) = (&self.link, self.robots)
-            && name.hosts.len() != usize::from(robots)
+        if let (Some((named, example)), Some(robots)) = (self.named_robots(), self.robots)
+            && named != usize::from(robots)
         {
             return Err(Failure::usage(format!(
                 "--link {} names {}, --robots {robots} wants another number: name one address for each \
-                 robot, as in enip:ADDR,ADDR or enip:192.168.0.101-104, and leave --robots away",
+                 robot, as in {example}, and leave --robots away",
                 self.link,
-                counted(name.hosts.len(), "robot")
+                counted(named, "robot")
             )));
+        }
+        if self.link.tcp().is_some() {
+            self.check_without_images()?;
         }
         if let (Some(options), Some(cycle_us)) = (self.link.enip_options(), self.cycle_us) {
             return Err(Failure::usage(format!(
@@ -180,7 +189,11 @@ impl RunArgs {
                 words::ms(options.rpi)
             )));
         }
-        let most = if self.link.enip_options().is_some() { MOST_ON_ENIP } else { MAX_ROBOTS };
+        let most = match self.link {
+            LinkChoice::EnipSim { .. } | LinkChoice::Enip(_) => MOST_ON_ENIP,
+            LinkChoice::Tcp(_) => MOST_ON_TCP,
+            _ => MAX_ROBOTS,
+        };
         let (programs, robots) = (self.programs.len(), self.robots());
         if robots > most {
             return Err(Failure::usage(format!(
@@ -223,7 +236,11 @@ impl RunArgs {
                 "--fast needs simulated time, and the robots of --link {} live in real time: leave \
                  --fast away, or use --link {}",
                 self.link,
-                if self.link.enip_options().is_some() { "enip-sim" } else { "ethercat-sim" }
+                match self.link {
+                    LinkChoice::Tcp(_) => "tcp-sim",
+                    LinkChoice::Enip(_) => "enip-sim",
+                    _ => "ethercat-sim",
+                }
             )));
         }
         match self.sim.given() {
@@ -235,10 +252,43 @@ impl RunArgs {
         }
     }
 
+    /// Refuses what means something for images only.
+    fn check_without_images(&self) -> Result<(), Failure> {
+        let refused = |option: &str, why: &str| {
+            Err(Failure::usage(format!("{option}: --link {} {why}", self.link)))
+        };
+        if let Some(cycle_us) = self.cycle_us {
+            return refused(
+                &format!("--cycle-us {cycle_us}"),
+                "has no cycles; ?interval_ms= sets how often the robot tells its position",
+            );
+        }
+        if self.byte_order != OrderSetting::Auto {
+            return refused("--byte-order", "sends text, which has no byte order; leave it away");
+        }
+        if let Some(option @ "--sim-byte-order") = self.sim.given() {
+            return refused(option, "sends text, which has no byte order; leave it away");
+        }
+        Ok(())
+    }
+
+    /// How many robots the link itself names, and how several are named.
+    fn named_robots(&self) -> Option<(usize, &'static str)> {
+        match &self.link {
+            LinkChoice::Enip(name) => {
+                Some((name.hosts.len(), "enip:ADDR,ADDR or enip:192.168.0.101-104"))
+            }
+            LinkChoice::Tcp(name) if !name.is_in_process() => {
+                Some((name.hosts.len(), "tcp:ADDR,ADDR"))
+            }
+            _ => None,
+        }
+    }
+
     /// How many robots there are.
     fn robots(&self) -> usize {
-        match (&self.link, self.robots) {
-            (LinkChoice::Enip(name), None) => name.hosts.len(),
+        match (self.named_robots(), self.robots) {
+            (Some((named, _)), None) => named,
             (_, robots) => usize::from(robots.unwrap_or(1)),
         }
     }
@@ -328,6 +378,23 @@ pub(super) fn run(args: &RunArgs) -> Result<Exit, Failure> {
     directories.iter().flatten().try_for_each(|directory| report_files::prepare(directory))?;
     let count = args.robots();
     let interrupted = catch_interrupts()?;
+    if let Some(link) = args.link.tcp() {
+        let of_robots = || sources.iter().cycle().take(count);
+        return text::run::run(&TcpRun {
+            link,
+            sources: of_robots().collect(),
+            titles: (1..)
+                .zip(of_robots())
+                .map(|(number, source)| args.title(number, source))
+                .collect(),
+            directories,
+            interrupted,
+            sim: &args.sim,
+            revision: args.revision.into(),
+            fast: args.fast,
+            is_quiet: args.quiet,
+        });
+    }
     // Nothing moves yet, so whoever interrupts now need not wait.
     set_nothing_moves(true);
     let segment = open_segment(Opening {
@@ -380,9 +447,12 @@ pub(super) fn run(args: &RunArgs) -> Result<Exit, Failure> {
                 message: &message,
                 counts: robot.runner.counts(),
                 records: robot.runner.records(),
-                acknowledgement_cycles: robot.runner.acknowledgement_cycles().quantiles(),
-                statistics: periodic.statistics(),
-                port,
+                cyclic: Some(Cyclic {
+                    acknowledgement_cycles: robot.runner.acknowledgement_cycles().quantiles(),
+                    statistics: periodic.statistics(),
+                    port,
+                }),
+                tcp: None,
                 bus,
                 enip,
                 recording: &robot.recording,
@@ -452,9 +522,9 @@ fn settings(args: &RunArgs, period: Duration, engine: &Engine<QUEUE>) -> Setting
     Settings {
         link: args.link.to_string(),
         robots: args.robots(),
-        cycle_us: micros(period),
+        cycle_us: Some(micros(period)),
         pace: if args.fast { "simulated" } else { "real" },
-        byte_order: args.byte_order.fixed().map_or("auto".into(), |order| order.to_string()),
+        byte_order: Some(args.byte_order.fixed().map_or("auto".into(), |order| order.to_string())),
         byte_order_used: engine.byte_order().map(|order| order.to_string()),
         revision: Revision::from(args.revision).to_string(),
     }
@@ -485,15 +555,20 @@ fn micros(duration: Duration) -> u64 {
     u64::try_from(duration.as_micros()).unwrap_or(u64::MAX)
 }
 
-fn config(args: &RunArgs, period: Duration, program: &Program) -> Result<Config, Failure> {
+/// Checkpoint numbers for following the commands of a program, first and last.
+pub(super) fn own_checkpoints(program: &Program) -> Result<(u16, u16), Failure> {
     let free = OWN_CHECKPOINTS.iter().find_map(|count| program.free_checkpoints(*count));
-    let (first, last) = free.ok_or_else(|| {
+    free.ok_or_else(|| {
         Failure::internal("no checkpoint numbers are free, though the program was checked for it")
-    })?;
+    })
+}
+
+fn config(args: &RunArgs, period: Duration, program: &Program) -> Result<Config, Failure> {
+    let (first, last) = own_checkpoints(program)?;
     let defaults = Config::default();
     // A frame that waited in a queue may still arrive; without a bus none waits.
     let longest_delay = match args.link {
-        LinkChoice::Sim => Duration::ZERO,
+        LinkChoice::Sim | LinkChoice::Tcp(_) => Duration::ZERO,
         LinkChoice::EthercatSim | LinkChoice::Ethercat { .. } => LONGEST_DELAY,
         LinkChoice::EnipSim { .. } | LinkChoice::Enip(_) => LONGEST_DELAY,
     };

@@ -130,6 +130,9 @@ pub(super) fn open_segment(opening: Opening<'_>) -> Result<Segment, Failure> {
             })?;
             Bus::Enip(start_enip(network, &targets, options, opening)?)
         }
+        LinkChoice::Tcp(_) => {
+            return Err(Failure::internal(format!("--link {link} has no images to exchange")));
+        }
         #[cfg(not(target_os = "linux"))]
         LinkChoice::Ethercat { .. } => {
             return Err(Failure::link(format!(

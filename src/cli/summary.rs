@@ -33,7 +33,9 @@ pub(super) fn of_several(reports: &[(Report, Vec<String>)]) -> String {
     for (report, files) in reports {
         let mut lines = Lines::default();
         add_commands(&mut lines, report);
-        lines.add("engine per cycle", quantiles(&report.cycles.engine_us, "us", 1.0));
+        if let Some(cycles) = &report.cycles {
+            lines.add("engine per cycle", quantiles(&cycles.engine_us, "us", 1.0));
+        }
         add_robot(&mut lines, report);
         add_notes(&mut lines, report, files);
         text += &format!("robot {}: {}\n\n{}\n", report.robot, headline(report), lines.0);
@@ -71,7 +73,10 @@ fn add_commands(lines: &mut Lines, report: &Report) {
         }
     }
     lines.add("commands", counts);
-    let latency = &report.acknowledgement_cycles;
+    if let Some(tcp) = &report.tcp {
+        lines.add("answers", quantiles(&tcp.answer_us, "ms", 1e-3));
+    }
+    let Some(latency) = &report.acknowledgement_cycles else { return };
     lines.add(
         "acknowledgement",
         if latency.count == 0 {
@@ -90,7 +95,7 @@ fn add_commands(lines: &mut Lines, report: &Report) {
 
 /// What the bus cycles were like.
 fn add_bus(lines: &mut Lines, report: &Report) {
-    let cycles = &report.cycles;
+    let (Some(cycles), Some(cycle_us)) = (&report.cycles, report.settings.cycle_us) else { return };
     let simulated = if report.settings.pace == "simulated" { " (simulated)" } else { "" };
     lines.add("cycle time", quantiles(&cycles.cycle_time_us, "ms", 1e-3) + simulated);
     lines.add("work per cycle", quantiles(&cycles.work_us, "us", 1.0));
@@ -99,7 +104,7 @@ fn add_bus(lines: &mut Lines, report: &Report) {
         format!(
             "{} at {:.3} ms, {}",
             cycles.count,
-            report.settings.cycle_us as f64 * 1e-3,
+            cycle_us as f64 * 1e-3,
             counted(cycles.overruns, "overrun")
         ),
     );
@@ -158,9 +163,17 @@ fn add_robot(lines: &mut Lines, report: &Report) {
     if let Some(enip) = &report.enip {
         add_connection(lines, enip);
     }
-    let order = report.settings.byte_order_used.as_deref().unwrap_or("never settled");
-    let how = if report.settings.byte_order == "auto" { "found" } else { "as told" };
-    lines.add("byte order", format!("{order} ({how})"));
+    if let Some(tcp) = &report.tcp {
+        lines.add(
+            "connection",
+            format!("{} lines sent, {} messages heard", tcp.lines_sent, tcp.messages_heard),
+        );
+    }
+    if let Some(asked) = &report.settings.byte_order {
+        let order = report.settings.byte_order_used.as_deref().unwrap_or("never settled");
+        let how = if asked == "auto" { "found" } else { "as told" };
+        lines.add("byte order", format!("{order} ({how})"));
+    }
     if let Some(distance_mm) = report.distance_mm {
         lines.add("distance", format!("{distance_mm:.1} mm, homing included"));
     }

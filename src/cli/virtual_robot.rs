@@ -10,7 +10,7 @@ use crate::wire::meca500::revision::Revision;
 
 /// How the virtual robots are built; all of them alike.
 #[derive(Args, Debug)]
-#[command(next_help_heading = "Virtual robots (--link sim, --link ethercat-sim, --link enip-sim)")]
+#[command(next_help_heading = "Virtual robots (--link sim, ethercat-sim, enip-sim, tcp-sim)")]
 pub(super) struct SimArgs {
     /// Byte order that the virtual robots speak; without it big behind sim, little behind
     /// ethercat-sim and enip-sim.

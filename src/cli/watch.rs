@@ -198,11 +198,11 @@ fn draw_lines(receiver: &Receiver<Message>, programs: &[&Program]) {
                 let is_due = last.is_none_or(|last| now - last >= PLAIN_INTERVAL);
                 is_due.then(|| {
                     *last = Some(now);
-                    format!(
-                        "{}   {}",
-                        current_line(program, &progress),
-                        state(&progress).join("   ")
-                    )
+                    let [seen, cycles] = state(&progress);
+                    let parts = [current_line(program, &progress), seen, cycles];
+                    let parts: Vec<String> =
+                        parts.into_iter().filter(|part| !part.is_empty()).collect();
+                    parts.join("   ")
                 })
             }
         };
@@ -243,17 +243,18 @@ fn state(progress: &Progress) -> [String; 2] {
         }
         Some(seen) => {
             let joints: Vec<String> = seen.joints_deg.iter().map(|j| format!("{j:7.2}")).collect();
-            format!("joints [{}] deg   queue space {:5}", joints.join(" "), seen.fifo_space)
+            let space = seen.fifo_space.map(|space| format!("   queue space {space:5}"));
+            format!("joints [{}] deg{}", joints.join(" "), space.unwrap_or_default())
         }
         None => "waiting for the robot".into(),
     };
-    let cycle = progress.cycle_time_ns;
+    let Some(cycles) = progress.cycles else { return [seen, String::new()] };
     let ms = |nanos: u64| nanos as f64 * 1e-6;
     let cycles = format!(
         "cycle p50 {:.3} max {:.3} ms   overruns {}",
-        ms(cycle.p50),
-        ms(cycle.max),
-        progress.overruns
+        ms(cycles.time_ns.p50),
+        ms(cycles.time_ns.max),
+        cycles.overruns
     );
     [seen, cycles]
 }

@@ -102,7 +102,7 @@ pub(super) fn outcome(
     (exit, message)
 }
 
-const fn exit_of(end: &End) -> Exit {
+pub(super) const fn exit_of(end: &End) -> Exit {
     match end {
         End::Completed => Exit::Done,
         End::Interrupted => Exit::Interrupted,
@@ -160,7 +160,7 @@ fn interrupted(stop: Stop, place: Option<String>) -> String {
 }
 
 /// What happened and what to do about it.
-fn reason(end: End) -> (String, String) {
+pub(super) fn reason(end: End) -> (String, String) {
     let plain = |what: &str, remedy: &str| (what.to_string(), remedy.to_string());
     match end {
         End::Completed | End::Interrupted => plain("", ""),

@@ -45,12 +45,19 @@ pub struct Progress {
     pub step: usize,
     /// What the images said; `None` until the byte order is known.
     pub seen: Option<Observation>,
+    /// What the cycles are like; `None` over the text interface, which has none.
+    pub cycles: Option<CycleProgress>,
+}
+
+/// What the cycles of a run are like so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CycleProgress {
     /// Cycles so far.
-    pub cycles: u64,
+    pub count: u64,
     /// Deadlines missed so far.
     pub overruns: u64,
     /// Cycle times so far, in nanoseconds.
-    pub cycle_time_ns: Quantiles,
+    pub time_ns: Quantiles,
 }
 
 /// Whoever watches one robot of a run. Nothing here may block: the bus waits for it.

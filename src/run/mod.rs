@@ -14,6 +14,8 @@
 //!                                                   +--> CycleStatistics
 //! ```
 //!
+//! [`text`] is the same over the robot's text interface, which has no cycles.
+//!
 //! Invariants: nothing in a cycle allocates; memory does not grow with the length of a run, only with
 //! that of the programs. Left out: every concrete link and every concrete robot at its end.
 
@@ -30,3 +32,4 @@ pub mod runner;
 pub mod seat;
 pub mod single;
 pub mod statistics;
+pub mod text;

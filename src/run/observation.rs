@@ -12,14 +12,21 @@ pub struct Observation {
     pub pose: [f32; 6],
     /// The frames the pose is given in: the WRF in the BRF, then the TRF in the FRF.
     pub frames: [[f32; 6]; 2],
-    /// Commands the robot's queue can still take.
-    pub fifo_space: u16,
-    /// MoveID of the outputs.
-    pub move_id_sent: u16,
-    /// MoveID of the inputs.
-    pub move_id_echoed: u16,
+    /// Commands the robot's queue can still take; `None` over the text interface, which does not tell.
+    pub fifo_space: Option<u16>,
+    /// MoveID of the outputs and of the inputs; `None` over the text interface, which has none.
+    pub move_ids: Option<MoveIds>,
     /// Robot's monotonic time, in microseconds.
     pub robot_time_us: u64,
+}
+
+/// The two ends of the handshake in one cycle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct MoveIds {
+    /// That of the outputs.
+    pub sent: u16,
+    /// That of the inputs.
+    pub echoed: u16,
 }
 
 impl Observation {
@@ -48,9 +55,11 @@ impl Observation {
             joints_deg: inputs.target_joint_set.values().joint,
             pose: [pose.x, pose.y, pose.z, pose.alpha, pose.beta, pose.gamma],
             frames: [wrf, trf],
-            fifo_space: inputs.motion_status.fifo_space.get(),
-            move_id_sent: outputs.motion_control.move_id.get(),
-            move_id_echoed: inputs.motion_status.move_id.get(),
+            fifo_space: Some(inputs.motion_status.fifo_space.get()),
+            move_ids: Some(MoveIds {
+                sent: outputs.motion_control.move_id.get(),
+                echoed: inputs.motion_status.move_id.get(),
+            }),
             robot_time_us: u64::from(timestamp.seconds) * 1_000_000
                 + u64::from(timestamp.microseconds),
         })
@@ -65,7 +74,7 @@ impl Observation {
         let is_sane = |value: &f32| *value == 0.0 || (1e-20..1e6).contains(&value.abs());
         let [wrf, trf] = &self.frames;
         let mut reals = self.joints_deg.iter().chain(&self.pose).chain(wrf).chain(trf);
-        self.fifo_space <= LARGEST_FIFO_SPACE && reals.all(is_sane)
+        self.fifo_space.is_none_or(|space| space <= LARGEST_FIFO_SPACE) && reals.all(is_sane)
     }
 
     /// How far the tool moved since `earlier`, in mm; 0 when a frame changed in between, because the
@@ -105,16 +114,19 @@ mod tests {
             let seen = Observation::read(&inputs, &outputs, order).unwrap();
             assert_eq!(seen.joints_deg[0], 12.5, "{order}");
             assert_eq!(seen.pose[0], 190.0, "{order}");
-            assert_eq!((seen.move_id_sent, seen.move_id_echoed), (0x0202, 0x0101), "{order}");
+            let move_ids = Some(MoveIds { sent: 0x0202, echoed: 0x0101 });
+            assert_eq!(seen.move_ids, move_ids, "{order}");
             assert_eq!(Observation::read(&inputs[1..], &outputs, order), None);
         }
     }
 
     #[test]
     fn values_in_the_wrong_order_are_not_plausible() {
-        let sane = Observation { fifo_space: 13_000, pose: [190.0; 6], ..Observation::default() };
+        let sane =
+            Observation { fifo_space: Some(13_000), pose: [190.0; 6], ..Observation::default() };
         assert!(sane.is_plausible());
-        assert!(!Observation { fifo_space: 13_000_u16.swap_bytes(), ..sane }.is_plausible());
+        let swapped = Some(13_000_u16.swap_bytes());
+        assert!(!Observation { fifo_space: swapped, ..sane }.is_plausible());
         let swapped = f32::from_bits(190.0_f32.to_bits().swap_bytes());
         assert!(!Observation { pose: [swapped; 6], ..sane }.is_plausible());
     }

@@ -64,15 +64,21 @@ impl Recording {
             self.distance_mm += seen.distance_mm(&previous.seen);
         }
         self.first_robot_time_us.get_or_insert(seen.robot_time_us);
-        let idle = *self.idle_move_id.get_or_insert(seen.move_id_sent);
-        let is_handshake = sample.submitted > 0 && seen.move_id_sent != idle;
+        if let Some(move_ids) = seen.move_ids {
+            self.record_handshake(sample, move_ids.sent);
+        }
+        self.run.offer(sample);
+    }
+
+    fn record_handshake(&mut self, sample: Sample, sent: u16) {
+        let idle = *self.idle_move_id.get_or_insert(sent);
+        let is_handshake = sample.submitted > 0 && sent != idle;
         let has_begun = is_handshake || !self.first_handshakes.is_empty();
         if sample.submitted == 0 {
-            self.idle_move_id = Some(seen.move_id_sent);
+            self.idle_move_id = Some(sent);
         } else if has_begun && self.first_handshakes.len() < HANDSHAKE_SAMPLES {
             self.first_handshakes.push(sample);
         }
-        self.run.offer(sample);
     }
 
     /// Ends the recording: the last cycle becomes a sample, whatever the spacing.

@@ -49,7 +49,7 @@ const HELD_BACK_LIMIT: Duration = Duration::from_secs(2);
 /// Cycles after an error in which the fate of the other commands is waited for.
 const GRACE_CYCLES: u32 = 8;
 /// Velocity timeout in force until SetVelTimeout changes it. Source: PM L385.
-const VELOCITY_TIMEOUT_S: f64 = 0.05;
+pub(super) const VELOCITY_TIMEOUT_S: f64 = 0.05;
 
 /// What the runner is at.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -667,7 +667,7 @@ pub const fn is_lasting(reason: WaitReason) -> bool {
 }
 
 /// Whether an action means what is queued by then, instead of what is executed.
-const fn acts_on_the_queue(statement: &Statement) -> bool {
+pub(super) const fn acts_on_the_queue(statement: &Statement) -> bool {
     matches!(
         statement,
         Statement::PauseMotion
@@ -678,7 +678,7 @@ const fn acts_on_the_queue(statement: &Statement) -> bool {
 }
 
 /// The engine's actions for a statement that is one; two in a row for `ActivateRobot(1)`.
-const fn actions_of(statement: &Statement) -> Option<(Action, Option<Action>)> {
+pub(super) const fn actions_of(statement: &Statement) -> Option<(Action, Option<Action>)> {
     Some(match *statement {
         Statement::Motion(_) | Statement::Velocity(_) => return None,
         Statement::Activate { reinitialize: true } => (Action::ClearHoming, Some(Action::Activate)),

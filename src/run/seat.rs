@@ -7,7 +7,7 @@
 //! Invariants: an outcome stays, except that a good one turns into a failed link when the safe outputs
 //! behind it could not be sent; nothing in a cycle allocates.
 
-use super::drive::{Observer, Progress, RELEASE_CYCLES};
+use super::drive::{CycleProgress, Observer, Progress, RELEASE_CYCLES};
 use super::observation::Observation;
 use super::outcome::{End, LinkMessage, Outcome};
 use super::periodic::Port;
@@ -129,9 +129,11 @@ impl<'r, 'p, O: Observer, const QUEUE: usize> Seat<'r, 'p, O, QUEUE> {
                 phase: self.runner.phase(),
                 step: self.runner.current_step(),
                 seen,
-                cycles: statistics.cycles,
-                overruns: statistics.overruns,
-                cycle_time_ns: statistics.cycle_time_ns.quantiles(),
+                cycles: Some(CycleProgress {
+                    count: statistics.cycles,
+                    overruns: statistics.overruns,
+                    time_ns: statistics.cycle_time_ns.quantiles(),
+                }),
             });
         }
         match outcome {

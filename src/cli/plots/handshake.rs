@@ -6,6 +6,7 @@ use plotters::prelude::*;
 
 use super::PlotError;
 use super::style::{Area, Axis, Chart, FAINT, LABEL, SERIES, at, chart, px, range, sheet};
+use crate::run::observation::MoveIds;
 use crate::run::recording::{Recording, Sample};
 
 const SIZE: (u32, u32) = (1_000, 760);
@@ -15,6 +16,10 @@ type Read<T> = fn(&Sample) -> T;
 
 pub(super) fn draw(program: &str, recording: &Recording) -> Result<String, PlotError> {
     sheet(&format!("Handshake: {program}"), SIZE, |root| {
+        if recording.first_handshakes().is_empty() {
+            // The text interface has no MoveIDs.
+            return draw_run(root, recording.samples());
+        }
         let (upper, lower) = root.split_vertically(px(SIZE.1 / 2 - 20));
         draw_run(&upper, recording.samples())?;
         draw_first(&lower, recording.first_handshakes())
@@ -45,14 +50,18 @@ fn draw_run(area: &Area<'_>, samples: &[Sample]) -> Result<(), PlotError> {
     draw_legend(&mut chart)
 }
 
+fn ids(sample: &Sample) -> MoveIds {
+    sample.seen.move_ids.unwrap_or_default()
+}
+
 /// MoveID in every cycle from the first command on.
 fn draw_first(area: &Area<'_>, samples: &[Sample]) -> Result<(), PlotError> {
-    let first = samples.first().map_or(0, |sample| sample.seen.move_id_sent);
+    let first = samples.first().map_or(0, |sample| ids(sample).sent);
     // MoveID counts up and wraps: the distance from the first one is what can be drawn.
     let distance = |move_id: u16| f64::from(move_id.wrapping_sub(first).cast_signed());
     let series: [(&str, Read<u16>); 2] = [
-        ("MoveID sent", |sample| sample.seen.move_id_sent),
-        ("MoveID echoed", |sample| sample.seen.move_id_echoed),
+        ("MoveID sent", |sample| ids(sample).sent),
+        ("MoveID echoed", |sample| ids(sample).echoed),
     ];
     let is_near = |value: f64| value >= -2.0;
     let values =

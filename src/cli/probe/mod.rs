@@ -167,6 +167,12 @@ fn run_ethercat(args: &ProbeArgs, link: &LinkChoice) -> Result<Exit, Failure> {
                  enip:127.0.0.1",
             ));
         }
+        LinkChoice::Tcp(_) => {
+            return Err(Failure::usage(
+                "probe looks at images, and the text interface has none; `fieldarm run --link tcp:ADDR` runs \
+                 programs over it",
+            ));
+        }
         LinkChoice::Ethercat { position: Some(position), .. } => {
             RobotChoice::These(vec![*position])
         }

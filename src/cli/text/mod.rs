@@ -1,10 +1,14 @@
-//! What the commands do over the robot's text interface: addresses, served robots, words.
+//! What the commands do over the robot's text interface: addresses, runs, served robots, words.
 //!
-//! Read `serve.rs` first: a virtual robot at its two ports, alone or with EtherNet/IP beside them; then
+//! Read `run.rs` first: robot programs over TCP; then `serve.rs`, a virtual robot at its two ports, and
 //! `prompt/`, which talks to a robot.
 
+pub(super) mod link_name;
 pub(super) mod place;
 pub(super) mod prompt;
+pub(super) mod run;
+mod run_link;
+mod run_words;
 #[cfg(target_os = "linux")]
 pub(super) mod serve;
 #[cfg(target_os = "linux")]

@@ -29,6 +29,7 @@ mod client;
 mod commands;
 mod connection;
 mod error;
+pub mod memory;
 mod message;
 mod monitor;
 mod ports;
