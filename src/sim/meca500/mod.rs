@@ -14,8 +14,8 @@
 //! Where the manual is open there is a switch ([`Readings`]); where it is silent on a figure there
 //! is a documented choice.
 //!
-//! Leaves out: gravity (an arm with released brakes stays where it is), heat,
-//! wear, calibration (the calibrated geometry is the nominal one), logs.
+//! Leaves out: gravity (an arm with released brakes stays where it is), heat, wear, calibration (it is
+//! a robot that was never calibrated).
 
 mod compile;
 mod cyclic;
@@ -59,6 +59,6 @@ pub use settings::{
     PersistentSettings, RecoveryCaps, RobotSettings, SimulationType,
 };
 pub use store::StoreError;
-pub use text::{Controller, ProtocolSettings};
+pub use text::{Controller, LogKind, LogLine, ProtocolSettings};
 pub use tool::{GripperState, Part};
 pub use variables::SavedVariable;
