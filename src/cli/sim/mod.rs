@@ -27,7 +27,7 @@ use std::prelude::v1::*;
 use std::sync::atomic::Ordering;
 
 pub(super) use args::{SimArgs, parse_pdo};
-use faces::{Faces, STEP};
+use faces::{EARLY, Faces, STEP};
 pub(super) use line::refused;
 use power::Power;
 use stage::Stage;
@@ -52,7 +52,7 @@ pub(super) fn run(args: &SimArgs) -> Result<Exit, Failure> {
     let mut stage_due = faces.now();
     while !interrupted.load(Ordering::Relaxed) {
         faces.pass(stage_due)?;
-        if faces.now() < stage_due {
+        if faces.now() + EARLY < stage_due {
             continue;
         }
         let mut stage = Stage::new(&mut faces, &mut power);

@@ -32,7 +32,7 @@ use crate::bus::text::server::{
 use crate::bus::text::{CONTROL_PORT, MAX_COMMAND, MONITORING_PORT, OUTBOX};
 #[cfg(target_os = "linux")]
 use crate::link::cable;
-use crate::link::watch_list::{Awaited, WatchList};
+use crate::link::watch_list::{Interest, WatchList};
 use crate::text_device::TextDevice;
 use crate::time::{Duration, Instant};
 
@@ -139,13 +139,13 @@ pub struct TextPorts {
     control: Option<TcpStream>,
     monitors: [Option<TcpStream>; MONITORS],
     leaving: VecDeque<Leaving>,
+    is_plugged: bool,
+    /// Connections that this end closed while the cable was out: the peer cannot know yet.
+    unheard: Vec<TcpStream>,
     /// What came from the controller and waits until it has read.
     held: Vec<u8>,
     /// When its socket last took something.
     taken_at: Instant,
-    is_plugged: bool,
-    /// Connections that this end closed while the cable was out: the peer cannot know yet.
-    unheard: Vec<TcpStream>,
     rests_until: Option<Instant>,
     events: VecDeque<ServerEvent>,
     counts: PortCounts,
@@ -237,10 +237,10 @@ impl TextPorts {
             control: None,
             monitors: [const { None }; MONITORS],
             leaving: VecDeque::with_capacity(LEAVING),
-            held: Vec::new(),
-            taken_at: Instant::ZERO,
             is_plugged: true,
             unheard: Vec::new(),
+            held: Vec::new(),
+            taken_at: Instant::ZERO,
             rests_until: None,
             events: VecDeque::new(),
             counts: PortCounts::default(),
@@ -305,23 +305,26 @@ impl TextPorts {
     /// of them is ready.
     pub fn watch<'a>(&'a self, list: &mut WatchList<'a>, server: usize) {
         if let (Some((control, monitoring)), None) = (&self.listeners, self.rests_until) {
-            list.add(server, control.as_fd(), Awaited::Arrival);
-            list.add(server, monitoring.as_fd(), Awaited::Arrival);
+            list.add(server, control.as_fd(), Interest::Read);
+            list.add(server, monitoring.as_fd(), Interest::Read);
         }
         for (peer, stream) in self.streams() {
             let has_more = self.is_plugged && !self.session.waiting(peer).is_empty();
             let is_held = peer == Peer::Control && !self.held.is_empty();
-            let awaited = match (has_more, is_held) {
-                (true, false) => Awaited::ArrivalOrRoom,
-                (true, true) => Awaited::Room,
-                // Nothing more is read before it goes on, which takes a cable.
-                (false, true) if !self.is_plugged => continue,
-                (false, _) => Awaited::Arrival,
-            };
-            list.add(server, stream.as_fd(), awaited);
+            list.add(
+                server,
+                stream.as_fd(),
+                match (has_more, is_held) {
+                    (true, false) => Interest::ReadAndWrite,
+                    (true, true) => Interest::Write,
+                    // Nothing is read before something was written, which waits for the cable.
+                    (false, true) if !self.is_plugged => Interest::Nothing,
+                    (false, _) => Interest::Read,
+                },
+            );
         }
         for one in &self.leaving {
-            list.add(server, one.stream.as_fd(), Awaited::Arrival);
+            list.add(server, one.stream.as_fd(), Interest::Read);
         }
     }
 
