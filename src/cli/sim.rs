@@ -1,17 +1,6 @@
 //! `fieldarm sim`: virtual robots on a real bus; those on EtherNet/IP are in `enip/serve.rs`, the one at
 //! its TCP ports is in `text/serve.rs`.
 
-mod cell;
-mod deed;
-mod kept;
-mod keyboard;
-mod keys;
-mod operator;
-mod scenario;
-mod scenario_file;
-mod state;
-mod status_line;
-
 use core::net::Ipv4Addr;
 use std::io::Write;
 use std::prelude::v1::*;

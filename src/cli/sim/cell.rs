@@ -48,7 +48,7 @@ pub(super) trait Cell {
     fn count(&self) -> usize;
 
     /// To be acted upon; nothing else of the cell is asked meanwhile.
-    fn robot(&self, number: usize) -> RefMut<'_, VirtualRobot>;
+    fn robot(&mut self, number: usize) -> RefMut<'_, VirtualRobot>;
 
     /// Pulls or plugs a cable; says why not when there is none.
     fn set_plugged(&mut self, number: usize, cable: Cable, plugged: bool) -> Result<(), String>;
@@ -105,7 +105,7 @@ impl Cell for Bench {
         self.robots.len()
     }
 
-    fn robot(&self, number: usize) -> RefMut<'_, VirtualRobot> {
+    fn robot(&mut self, number: usize) -> RefMut<'_, VirtualRobot> {
         self.robots[number].borrow_mut()
     }
 

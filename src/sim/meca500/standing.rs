@@ -68,3 +68,52 @@ impl VirtualRobot {
         self.variables.revision().wrapping_add(self.programs.revision())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sim::meca500::RobotSettings;
+    use crate::time::Instant;
+    use crate::wire::meca500::revision::Revision;
+    use alloc::vec;
+    use alloc::vec::Vec;
+
+    #[test]
+    fn it_follows_what_people_do() {
+        let settings = RobotSettings { revision: Revision::R4, ..RobotSettings::default() };
+        let mut robot = VirtualRobot::new(settings);
+        let calm = robot.standing();
+        assert_eq!((calm.lifecycle, calm.e_stop), (Lifecycle::Deactivated, Signal::Off));
+        assert!(calm.motor_power && calm.idle && !calm.moving && !calm.homed);
+        robot.panel().press_p_stop2();
+        robot.panel().block_joint(4, true);
+        robot.panel().press_e_stop();
+        let stopped = robot.standing();
+        assert_eq!((stopped.p_stop2, stopped.e_stop), (Signal::Present, Signal::Present));
+        assert!(!stopped.motor_power);
+        assert_eq!(stopped.blocked, [false, false, false, true, false, false]);
+        robot.panel().release_e_stop();
+        assert_eq!(robot.standing().e_stop, Signal::Resettable);
+        robot.panel().set_safety_mismatch(true);
+        robot.advance(Instant::from_millis(2_000));
+        assert!(robot.standing().redundancy_fault);
+    }
+
+    #[test]
+    fn the_revision_grows_with_every_write() {
+        let mut robot = VirtualRobot::new(RobotSettings::default());
+        let mut seen = vec![robot.store_revision()];
+        let mut look = |robot: &VirtualRobot| seen.push(robot.store_revision());
+        robot.create_variable(10_000, &[1.0]).expect("it is free");
+        look(&robot);
+        robot.set_variable(10_000, &[2.0]).expect("it is there");
+        look(&robot);
+        assert!(robot.delete_variable(10_000));
+        look(&robot);
+        robot.save_program(1, Vec::new()).expect("there is room");
+        look(&robot);
+        assert!(seen.is_sorted_by(|before, after| before < after), "{seen:?}");
+        assert!(!robot.delete_variable(10_000));
+        assert_eq!(robot.store_revision(), seen[seen.len() - 1]);
+    }
+}
