@@ -530,10 +530,10 @@ fn mistakes_are_told_with_their_remedy() {
     }
     let cases: [(&[&str], &str); 9] = [
         (&["sim"], "<--ethercat <IFACE>|--enip <ADDR>|--tcp <ADDR>>"),
-        (&["sim", "--enip", "127.0.0.1", "--ethercat", "eth0"], "cannot be used with"),
+        (&["sim", "--enip", "127.0.0.1", "--ethercat", "lo"], "`lo` is not Ethernet"),
         (&["sim", "--enip", "eth0"], "an IPv4 address of this machine"),
-        (&["sim", "--enip", "127.0.0.1", "--alias", "1"], "cannot be used with"),
-        (&["sim", "--ethercat", "eth0", "--monitoring-only"], "cannot be used with"),
+        (&["sim", "--enip", "127.0.0.1", "--alias", "1"], "--ethercat <IFACE>"),
+        (&["sim", "--ethercat", "eth0", "--monitoring-only"], "--enip <ADDR>"),
         (&["sim", "--enip", "127.0.0.1", "--min-rpi-ms", "0"], "an interval in ms, 0.1 to 1000"),
         (
             &["probe", "enip-sim"],

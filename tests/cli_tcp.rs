@@ -8,14 +8,16 @@ mod cli_support;
 mod loopback;
 #[path = "support/namespaces.rs"]
 mod namespaces;
+#[path = "support/text_line.rs"]
+mod text_line;
 
-use std::io::{ErrorKind, Read, Write};
-use std::net::{TcpListener, TcpStream};
-use std::time::{Duration, Instant};
+use std::net::TcpListener;
+use std::time::Duration;
 
 use cli_support::{Scratch, fieldarm};
 use loopback::address;
 use namespaces::Running;
+use text_line::Line;
 
 /// Far longer than anything here takes.
 const LONG: Duration = Duration::from_secs(60);
@@ -38,72 +40,6 @@ fn end(serving: Running) -> String {
 fn ended(arguments: &[&str]) -> (Option<i32>, String) {
     let (status, said) = Running::start(&mut fieldarm(arguments)).end(LONG);
     (status.code(), said)
-}
-
-/// A connection to one of the ports, byte by byte.
-struct Line {
-    stream: TcpStream,
-    heard: String,
-}
-
-impl Line {
-    fn open(address: &str, port: u16) -> Self {
-        let at = format!("{address}:{port}");
-        let stream = TcpStream::connect(&at).unwrap_or_else(|error| panic!("{at}: {error}"));
-        stream.set_read_timeout(Some(Duration::from_millis(50))).expect("not zero");
-        Self { stream, heard: String::new() }
-    }
-
-    /// With the control of the robot.
-    fn controlling(address: &str) -> Self {
-        let mut line = Self::open(address, 10_000);
-        line.expect("[3000][Connected to Meca500");
-        line
-    }
-
-    /// `false` once the robot has closed the connection.
-    fn hear(&mut self) -> bool {
-        let mut room = [0; 4096];
-        match self.stream.read(&mut room) {
-            Ok(0) => false,
-            Ok(count) => {
-                self.heard.push_str(&String::from_utf8_lossy(&room[..count]));
-                true
-            }
-            Err(error) => {
-                assert!(matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut));
-                true
-            }
-        }
-    }
-
-    /// Waits for `words` and forgets all up to them.
-    fn expect(&mut self, words: &str) {
-        let deadline = Instant::now() + LONG;
-        loop {
-            if let Some(place) = self.heard.find(words) {
-                self.heard.drain(..place + words.len());
-                return;
-            }
-            let is_open = self.hear();
-            // What a monitor hears in that time would fill a book.
-            let beginning = self.heard.get(..1_000).unwrap_or(&self.heard);
-            assert!(is_open || self.heard.contains(words), "closed, no {words}: {beginning}");
-            assert!(Instant::now() < deadline, "no {words}: {beginning}");
-        }
-    }
-
-    fn expect_end(&mut self) {
-        let deadline = Instant::now() + LONG;
-        while self.hear() {
-            assert!(Instant::now() < deadline, "still open: {}", self.heard);
-        }
-    }
-
-    fn ask(&mut self, command: &str, answer: &str) {
-        self.stream.write_all(format!("{command}\0").as_bytes()).expect("it is open");
-        self.expect(answer);
-    }
 }
 
 #[test]
@@ -226,8 +162,9 @@ fn what_cannot_be_served_names_the_place_and_the_remedy() {
         (vec!["--tcp", "robot"], 2, "127.0.0.1:10000"),
         (vec!["--monitor", "127.0.0.1"], 2, "--tcp"),
         (vec!["--tcp", "127.0.0.1:7", "--monitor", "127.0.0.1:7"], 2, "give --monitor another one"),
-        (vec!["--tcp", &address, "--robots", "2"], 2, "serves one robot, not 2"),
-        (vec!["--tcp", &address, "--ethercat", "lo"], 2, "cannot be used with"),
+        (vec!["--tcp", "255.255.255.255", "--robots", "2"], 2, "begin at a lower one"),
+        (vec!["--tcp", &address, "--ethercat", "lo"], 2, "`lo` is not Ethernet"),
+        (vec!["--tcp", &address, "--alias", "1"], 2, "--ethercat"),
         (vec!["--tcp", &address, "--monitoring-only"], 2, "--enip"),
         (vec![], 2, "--tcp"),
     ] {

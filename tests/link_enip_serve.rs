@@ -284,7 +284,8 @@ fn a_robot_without_power_closes_its_connections_and_serves_again_when_it_is_back
         server.robots_mut().for_each(|robot| robot.device_mut().panel().switch_off());
     });
     assert!(is_closed(&mut stream));
-    assert!(is_closed(&mut connect(address)), "nobody is there");
+    let refused = TcpStream::connect((address, MESSAGE_PORT)).expect_err("nobody is there");
+    assert_eq!(refused.kind(), ErrorKind::ConnectionRefused);
     served.ask(|server| {
         server.robots_mut().for_each(|robot| robot.device_mut().panel().switch_on());
     });
@@ -292,6 +293,40 @@ fn a_robot_without_power_closes_its_connections_and_serves_again_when_it_is_back
     let mut stream = connect(address);
     stream.write_all(&REGISTER).expect("written");
     assert!(!is_closed(&mut stream));
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_pulled_cable_is_silence_in_both_directions_and_breaks_nothing_by_itself() {
+    let addresses = [loopback::address(), loopback::address()];
+    let [pulled, other] = addresses;
+    let served = Served::at(&addresses);
+    let mut stream = connect(pulled);
+    stream.write_all(&REGISTER).expect("written");
+    assert!(!is_closed(&mut stream), "a session is registered");
+    let mut segment = segment(loopback::address(), &addresses);
+    let lost = |segment: &EnipSegment<SocketNetwork>| {
+        [0, 1].map(|robot| segment.read_inputs(robot, &mut [0; INPUT_LEN]) == InputQuality::Lost)
+    };
+    cycles_until(&mut segment, |segment| lost(segment) == [false; 2]);
+    served.ask(|server| server.set_plugged(0, false)).expect("filters are there");
+    cycles_until(&mut segment, |segment| lost(segment) == [true, false]);
+    // Bytes wait for the cable, and who knocks is not heard.
+    stream.write_all(&REGISTER[..4]).expect("the system takes them");
+    let brief = std::time::Duration::from_millis(200);
+    let knocked = TcpStream::connect_timeout(&(pulled, MESSAGE_PORT).into(), brief);
+    assert_eq!(knocked.expect_err("no answer").kind(), ErrorKind::TimedOut);
+    let asked = SocketAddrV4::new(pulled, MESSAGE_PORT);
+    let listing = list_identity(None, asked, Duration::from_millis(100)).expect("asked");
+    assert!(listing.found.is_empty());
+    drop(connect(other));
+    served.ask(|server| server.set_plugged(0, true)).expect("filters are there");
+    // A second registration in a session is refused: an answer, on the connection from before.
+    stream.write_all(&REGISTER[4..]).expect("written");
+    assert!(!is_closed(&mut stream), "it is still open");
+    drop(connect(pulled));
+    cycles_until(&mut segment, |segment| lost(segment) == [false; 2]);
+    segment.close();
 }
 
 #[test]

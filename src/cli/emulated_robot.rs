@@ -5,15 +5,12 @@ use std::prelude::v1::*;
 use super::exit::Failure;
 use crate::bus::ethercat::meca500::{Meca500Application, Meca500Settings};
 use crate::bus::ethercat::{Settings, SubDevice};
-use crate::sim::meca500::VirtualRobot;
+use crate::cycle::CyclicDevice;
 use crate::wire::ethercat::coe::info::DataType;
 use crate::wire::ethercat::sii::{Pdo, PdoDirection, PdoEntry, SiiImage};
 use crate::wire::meca500::image::FieldType;
 use crate::wire::meca500::image::pdo::{PdoLayout, Pdos, input_pdos, output_pdos};
 use crate::wire::meca500::subdevice::DESCRIPTION;
-
-/// An emulated robot, from frames to motion.
-pub(super) type EmulatedRobot = SubDevice<Meca500Application<VirtualRobot>>;
 
 /// How a robot presents itself on the segment, beside what [`Meca500Settings`] says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,11 +50,11 @@ pub(super) fn refuse_unknown_pdos(
 }
 
 /// `robot` behind an ESC whose power has just come.
-pub(super) fn emulated(
-    robot: VirtualRobot,
+pub(super) fn emulated<D: CyclicDevice>(
+    robot: D,
     settings: Meca500Settings,
     presentation: Presentation,
-) -> Result<EmulatedRobot, Failure> {
+) -> Result<SubDevice<Meca500Application<D>>, Failure> {
     let mut description = DESCRIPTION;
     description.serial = settings.serial;
     description.alias = presentation.alias;

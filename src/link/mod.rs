@@ -6,6 +6,8 @@
 //!
 //! Invariant: [`clock`] is the only file that names a system clock.
 
+#[cfg(all(target_os = "linux", any(feature = "enip", feature = "text")))]
+mod cable;
 pub mod clock;
 pub mod direct;
 #[cfg(feature = "enip")]
@@ -14,3 +16,5 @@ pub mod enip;
 pub mod ethercat;
 #[cfg(feature = "text")]
 pub mod text;
+#[cfg(any(feature = "enip", feature = "ethercat", feature = "text"))]
+pub mod watch_list;

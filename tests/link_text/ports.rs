@@ -133,3 +133,92 @@ fn a_port_that_is_taken_is_named() {
     let error = TextPorts::bind(Endpoints { control: free, monitoring }).unwrap_err();
     assert_eq!(error.port, Port::Monitoring);
 }
+
+/// So many passes, with time between them.
+#[cfg(target_os = "linux")]
+fn passes(
+    count: u64,
+    ports: &mut TextPorts,
+    device: &mut ScriptedDevice,
+    mut done: impl FnMut(&TextPorts, &ScriptedDevice) -> bool,
+) -> bool {
+    (0..count).any(|_| {
+        ports.wait(Duration::from_millis(10)).unwrap();
+        let now = device.now + Duration::from_millis(10);
+        ports.serve(now, device);
+        done(ports, device)
+    })
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_pulled_cable_is_silence_in_both_directions_until_it_is_in_again() {
+    use std::io::{ErrorKind, Read, Write};
+
+    let any = "127.0.0.1:0".parse().unwrap();
+    let mut ports = TextPorts::bind(Endpoints { control: any, monitoring: any }).unwrap();
+    let mut device = ScriptedDevice::default();
+    let Endpoints { control, monitoring } = ports.endpoints();
+    let mut first = TcpStream::connect(control).unwrap();
+    let mut monitor = TcpStream::connect(monitoring).unwrap();
+    let both = |ports: &TextPorts, _: &ScriptedDevice| ports.peers().count() == 2;
+    assert!(passes(1_000, &mut ports, &mut device, both));
+    for stream in [&first, &monitor] {
+        stream.set_read_timeout(Some(Duration::from_millis(50))).unwrap();
+    }
+    // What was said before the cable is pulled.
+    let mut room = [0; 512];
+    assert!(monitor.read(&mut room).unwrap() > 0);
+
+    ports.set_plugged(false).expect("filters are there");
+    first.write_all(b"Say(heard)\0").unwrap();
+    device.monitoring.push_back("[2007][told]".into());
+    let never = |_: &TextPorts, _: &ScriptedDevice| false;
+    assert!(!passes(10, &mut ports, &mut device, never));
+    assert!(device.commands().is_empty());
+    assert_eq!(monitor.read(&mut room).unwrap_err().kind(), ErrorKind::WouldBlock);
+    let brief = Duration::from_millis(200);
+    assert_eq!(
+        TcpStream::connect_timeout(&control, brief).unwrap_err().kind(),
+        ErrorKind::TimedOut
+    );
+    assert!(both(&ports, &device), "nobody has left");
+
+    ports.set_plugged(true).expect("filters are there");
+    let is_heard = |_: &TextPorts, device: &ScriptedDevice| device.commands() == ["Say(heard)"];
+    assert!(passes(1_000, &mut ports, &mut device, is_heard));
+    let count = monitor.read(&mut room).expect("it was kept");
+    assert_eq!(&room[..count], b"[2007][told]\0");
+    first.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
+    let mut heard = String::new();
+    while !heard.contains("[2000][heard]") {
+        let count = first.read(&mut room).expect("it answers");
+        assert!(count > 0, "closed: {heard}");
+        heard.push_str(core::str::from_utf8(&room[..count]).unwrap());
+    }
+
+    // What is closed meanwhile the peer learns afterwards.
+    ports.set_plugged(false).expect("filters are there");
+    device.is_on_text = false;
+    let nobody = |ports: &TextPorts, _: &ScriptedDevice| ports.peers().count() == 0;
+    assert!(passes(1_000, &mut ports, &mut device, nobody));
+    assert_eq!(monitor.read(&mut room).unwrap_err().kind(), ErrorKind::WouldBlock);
+    ports.set_plugged(true).expect("filters are there");
+    monitor.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
+    assert_eq!(monitor.read(&mut room).unwrap(), 0, "closed");
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_controller_behind_a_pulled_cable_is_missed_after_some_seconds() {
+    let any = "127.0.0.1:0".parse().unwrap();
+    let mut ports = TextPorts::bind(Endpoints { control: any, monitoring: any }).unwrap();
+    let mut device = ScriptedDevice::default();
+    let _peer = TcpStream::connect(ports.endpoints().control).unwrap();
+    let is_there = |ports: &TextPorts, _: &ScriptedDevice| ports.peers().count() == 1;
+    assert!(passes(1_000, &mut ports, &mut device, is_there));
+    ports.set_plugged(false).expect("filters are there");
+    let is_gone = |ports: &TextPorts, _: &ScriptedDevice| ports.peers().count() == 0;
+    assert!(passes(3_000, &mut ports, &mut device, is_gone), "half open for ever");
+    assert_eq!(device.told.last(), Some(&crate::text_support::Told::Closed));
+}

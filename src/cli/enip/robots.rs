@@ -5,6 +5,7 @@ use std::prelude::v1::*;
 
 use super::connect;
 use crate::bus::enip::adapter::{Access, AdapterSettings};
+use crate::cycle::CyclicDevice;
 use crate::link::enip::memory::MemoryNetwork;
 use crate::link::enip::served::ServedRobot;
 use crate::sim::meca500::VirtualRobot;
@@ -34,11 +35,11 @@ pub(in crate::cli) struct Presentation {
 }
 
 /// `robot` behind an adapter at `address`.
-pub(in crate::cli) fn served(
-    robot: VirtualRobot,
+pub(in crate::cli) fn served<D: CyclicDevice>(
+    robot: D,
     address: Ipv4Addr,
     presentation: Presentation,
-) -> ServedRobot<VirtualRobot> {
+) -> ServedRobot<D> {
     let Presentation { serial, layout, min_rpi, monitoring_only } = presentation;
     let defaults = AdapterSettings::meca500();
     let (major, minor) = match layout {

@@ -1,140 +1,235 @@
-//! `fieldarm sim --enip`: virtual robots as EtherNet/IP adapters, a single one with its TCP ports beside.
+//! `fieldarm sim --enip`: virtual robots as EtherNet/IP adapters.
+//!
+//! Read [`EnipFace::settle`] first: it keeps a robot's controllers apart. An owner on EtherNet/IP has the
+//! control of the robot as a control connection of the text interface has it, and either is refused
+//! while the other is there.
 
 use core::net::Ipv4Addr;
 use std::prelude::v1::*;
-use std::sync::atomic::Ordering;
 
-use super::robots::{FIRST_SERIAL, Presentation, served};
+use super::robots::{Presentation, served};
 use super::words;
-use crate::cli::exit::{Exit, Failure};
-use crate::cli::run_program::catch_interrupts;
-use crate::cli::sim::{Power, Teller};
-use crate::cli::text::serve::TextFace;
+use crate::bus::enip::adapter::Access;
+use crate::cli::exit::Failure;
+use crate::cli::sim::labels::Labels;
+use crate::cli::sim::shared_robot::{OnEtherNetIp, SharedRobot};
+use crate::cli::sim::teller::Teller;
 use crate::cli::wording::counted;
+use crate::link::clock::MonotonicClock;
 use crate::link::enip::serve::{BindError, Ports, Server};
 use crate::link::enip::served::ServedRobot;
-use crate::sim::meca500::{CyclicBus, RobotSettings, VirtualRobot};
-use crate::time::Duration;
+use crate::link::watch_list::WatchList;
+use crate::sim::meca500::{Controller, FieldbusMode};
+use crate::time::{Duration, Instant};
 use crate::wire::enip::{IO_PORT, MESSAGE_PORT};
 
-/// Which robots to serve, and how.
-pub(in crate::cli) struct Served {
+/// How robots are served.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::cli) struct EnipOptions {
     /// Where the first one is reached; the others at the addresses behind it.
     pub(in crate::cli) first: Ipv4Addr,
-    pub(in crate::cli) count: u16,
-    /// What all of them are like; the bus and the serial number are filled in.
-    pub(in crate::cli) robot: RobotSettings,
     pub(in crate::cli) min_rpi: Duration,
     pub(in crate::cli) monitoring_only: bool,
-    pub(in crate::cli) power_cycle_after: Option<Duration>,
-    /// The TCP ports of the first robot.
-    pub(in crate::cli) text: Option<TextFace>,
-    pub(in crate::cli) teller: Teller,
 }
 
-impl Served {
-    /// The robots and their addresses.
-    fn server(&self) -> Result<Server<VirtualRobot>, Failure> {
-        let mut robots = Vec::new();
-        for number in 0..u32::from(self.count) {
-            let Some(address) = self.first.to_bits().checked_add(number) else {
+/// What was last seen of a robot, and told.
+#[derive(Clone, Copy, Debug)]
+struct Told {
+    is_on_bus: bool,
+    /// What its adapter was told to let in; `None` before the first time.
+    access: Option<Access>,
+}
+
+/// The robots' adapters.
+pub(in crate::cli) struct EnipFace {
+    server: Server<OnEtherNetIp>,
+    options: EnipOptions,
+    told: Vec<Told>,
+    announcement: String,
+    labels: Labels,
+    teller: Teller,
+}
+
+impl EnipFace {
+    /// Opens the ports of all robots.
+    pub(in crate::cli) fn open(
+        options: EnipOptions,
+        robots: &[SharedRobot],
+        clock: MonotonicClock,
+        labels: Labels,
+        teller: Teller,
+    ) -> Result<Self, Failure> {
+        let EnipOptions { first, min_rpi, monitoring_only } = options;
+        let mut places = Vec::new();
+        for (number, robot) in (0_u32..).zip(robots) {
+            let Some(address) = first.to_bits().checked_add(number) else {
                 return Err(Failure::usage(format!(
-                    "--enip {}: behind it there are no {} addresses; begin at a lower one",
-                    self.first, self.count
+                    "--enip {first}: behind it there are no {} addresses; begin at a lower one",
+                    robots.len()
                 )));
             };
-            let (address, serial) = (Ipv4Addr::from_bits(address), FIRST_SERIAL + number);
-            let robot = VirtualRobot::new(RobotSettings {
-                serial_number: serial,
-                bus: CyclicBus::EtherNetIp,
-                ..self.robot.clone()
-            });
+            let address = Ipv4Addr::from_bits(address);
+            let settings = robot.borrow().settings().clone();
             let presentation = Presentation {
-                serial,
-                layout: self.robot.layout,
-                min_rpi: self.min_rpi,
-                monitoring_only: self.monitoring_only,
+                serial: settings.serial_number,
+                layout: settings.layout,
+                min_rpi,
+                monitoring_only,
             };
-            robots.push((address, served(robot, address, presentation)));
+            places.push((address, served(OnEtherNetIp(robot.clone()), address, presentation)));
         }
-        Server::bind(robots, Ports::default()).map_err(refused)
+        let (at, order) = (whereabouts(&places), order_of(robots));
+        let mut server = Server::bind(places, Ports::default()).map_err(refused)?;
+        server.keep_time_with(clock);
+        let told = |robot: &ServedRobot<_>| Told { is_on_bus: robot.is_on_bus(), access: None };
+        Ok(Self {
+            told: server.robots().map(told).collect(),
+            server,
+            options,
+            announcement: format!(
+                "EtherNet/IP at {at} (TCP and UDP {MESSAGE_PORT}, UDP {IO_PORT}): byte order {order}, \
+                 frames every {} or less often{}",
+                words::ms(min_rpi),
+                if monitoring_only { ", for monitoring only" } else { "" }
+            ),
+            labels,
+            teller,
+        })
     }
 
     /// What is served, for a person.
-    fn announcement(&self) -> String {
-        let Self { first, count, robot, min_rpi, monitoring_only, .. } = self;
-        let at = match count {
-            1 => first.to_string(),
-            _ => format!(
-                "{first} to {}",
-                Ipv4Addr::from_bits(first.to_bits().saturating_add(u32::from(count - 1)))
-            ),
-        };
-        let access = if *monitoring_only { ", for monitoring only" } else { "" };
-        let text = match &self.text {
-            Some(text) => format!("; and on {}", text.whereabouts()),
-            None => String::new(),
-        };
-        format!(
-            "serving {count} virtual Meca500 on EtherNet/IP at {at} (TCP and UDP {MESSAGE_PORT}, UDP \
-             {IO_PORT}): byte order {}, frames every {} or less often{access}{text}; Ctrl-C ends it",
-            robot.byte_order,
-            words::ms(*min_rpi)
-        )
+    pub(in crate::cli) fn whereabouts(&self) -> &str {
+        &self.announcement
     }
 
-    /// Serves until interrupted.
-    pub(in crate::cli) fn run(mut self) -> Result<Exit, Failure> {
-        let mut server = self.server()?;
-        let interrupted = catch_interrupts()?;
-        let teller = self.teller;
-        let mut power = Power::cut_at(self.power_cycle_after.map(|after| server.now() + after));
-        let count = self.count;
-        let label = |robot: usize| match count {
-            1 => String::new(),
-            _ => format!("robot {}: ", robot + 1),
-        };
-        let mut are_on_bus: Vec<bool> = server.robots().map(ServedRobot::is_on_bus).collect();
-        teller.say(self.announcement());
-        while !interrupted.load(Ordering::Relaxed) {
-            server.step().map_err(|error| {
-                Failure::link(format!("--enip {}: the sockets fail: {error}", self.first))
-            })?;
-            while let Some((robot, event)) = server.next_event() {
-                teller.say(format_args!("{}{}", label(robot), words::adapter_event(&event)));
-            }
-            for (robot, (served, was_on_bus)) in server.robots().zip(&mut are_on_bus).enumerate() {
-                if served.is_on_bus() != *was_on_bus {
-                    *was_on_bus = served.is_on_bus();
-                    teller.say(format_args!(
-                        "{}{}",
-                        label(robot),
-                        match served.is_on_bus() {
-                            true => "is back on the bus",
-                            false => "has left the bus; its connections are gone",
-                        }
-                    ));
-                }
-            }
-            let now = server.now();
-            if let (Some(text), Some(served)) = (&mut self.text, server.robots_mut().next()) {
-                text.serve_beside(now, served);
-            }
-            let devices = server.robots_mut().map(|robot| robot.device_mut());
-            power.supply(now, false, devices, teller);
-        }
-        let counts = server.counts();
-        teller.say(format_args!(
+    /// Waits for something to do, at most for a millisecond, and does it.
+    pub(in crate::cli) fn step(&mut self) -> Result<(), Failure> {
+        let done = self.server.step();
+        self.follow(done)
+    }
+
+    /// Does what is to be done, without waiting.
+    pub(in crate::cli) fn serve(&mut self) -> Result<(), Failure> {
+        let done = self.server.step_at_once();
+        self.follow(done)
+    }
+
+    /// When to call [`serve`](Self::serve) at the latest.
+    pub(in crate::cli) fn next_due(&self) -> Instant {
+        self.server.next_due()
+    }
+
+    /// Puts all sockets on `list`, as those of `server`.
+    pub(in crate::cli) fn watch<'a>(&'a self, list: &mut WatchList<'a>, server: usize) {
+        self.server.watch(list, server);
+    }
+
+    /// Pulls the cable of a robot, or plugs it in again.
+    pub(in crate::cli) fn set_plugged(
+        &mut self,
+        robot: usize,
+        plugged: bool,
+    ) -> std::io::Result<()> {
+        self.server.set_plugged(robot, plugged)
+    }
+
+    /// Number of connections to a robot, and whether one of them owns it.
+    pub(in crate::cli) fn connections(&self, robot: usize) -> Option<(usize, bool)> {
+        let adapter = self.server.robots().nth(robot)?.adapter();
+        Some((adapter.connections().count(), adapter.owner().is_some()))
+    }
+
+    /// What passed, for a person.
+    pub(in crate::cli) fn totals(&self) -> String {
+        let counts = self.server.counts();
+        format!(
             "{} received, {} sent, {} not sent",
             counted(counts.received, "datagram"),
             counts.sent,
             counts.unsent
-        ));
-        if let Some(text) = &self.text {
-            teller.say(text.totals());
-        }
-        Ok(Exit::Done)
+        )
     }
+
+    /// What comes after every step.
+    fn follow(&mut self, done: std::io::Result<()>) -> Result<(), Failure> {
+        done.map_err(|error| {
+            Failure::link(format!("--enip {}: the sockets fail: {error}", self.options.first))
+        })?;
+        let Self { server, told, labels, teller, .. } = self;
+        while let Some((robot, event)) = server.next_event() {
+            teller.say(format_args!("{}{}", labels.of(robot), words::adapter_event(&event)));
+        }
+        for (robot, (served, told)) in server.robots().zip(told).enumerate() {
+            if served.is_on_bus() != told.is_on_bus {
+                told.is_on_bus = served.is_on_bus();
+                let place = match told.is_on_bus {
+                    true => "is back on the bus",
+                    false => "has left the bus; its connections are gone",
+                };
+                teller.say(format_args!("{}{}{place}", labels.of(robot), labels.bus()));
+            }
+        }
+        (0..self.told.len()).for_each(|robot| self.settle(robot));
+        Ok(())
+    }
+
+    /// Tells a robot of its owner on EtherNet/IP, and its adapter of everybody else. After every step, and
+    /// whenever another face of the robot was served: who has come to own it over EtherNet/IP counts
+    /// before anybody else is let in, and who came in elsewhere before the next one can own it.
+    pub(in crate::cli) fn settle(&mut self, robot: usize) {
+        let now = self.server.now();
+        let Some(served) = self.server.robots_mut().nth(robot) else { return };
+        let Some(told) = self.told.get_mut(robot) else { return };
+        let has_owner = served.adapter().owner().is_some();
+        let shared = served.device().0.clone();
+        let (is_elsewhere, mode) = {
+            let mut robot = shared.borrow_mut();
+            if has_owner {
+                robot.claim_control(Controller::EtherNetIp);
+            } else {
+                robot.release_control(Controller::EtherNetIp);
+            }
+            let controller = robot.controller();
+            let is_elsewhere = controller.is_some_and(|other| other != Controller::EtherNetIp);
+            (is_elsewhere, robot.protocol_settings().ethernet_ip)
+        };
+        let access = match mode {
+            FieldbusMode::Disabled => Access::Disabled,
+            FieldbusMode::Enabled => Access::Full,
+            FieldbusMode::MonitoringOnly => Access::MonitoringOnly,
+        };
+        served.adapter_mut().set_controlled_elsewhere(is_elsewhere);
+        if told.access == Some(access) {
+            return;
+        }
+        served.adapter_mut().set_access(now, access);
+        if told.access.replace(access).is_some() {
+            let label = self.labels.of(robot);
+            self.teller.say(match access {
+                Access::Full => {
+                    format!("{label}EtherNet/IP: owners and monitors are let in from now on")
+                }
+                Access::MonitoringOnly => {
+                    format!("{label}EtherNet/IP: for monitoring only from now on")
+                }
+                Access::Disabled => format!("{label}EtherNet/IP: nobody is answered from now on"),
+            });
+        }
+    }
+}
+
+/// `127.0.0.1`, `127.0.0.1 to 127.0.0.4`.
+fn whereabouts<D>(places: &[(Ipv4Addr, D)]) -> String {
+    match places {
+        [] => String::new(),
+        [(only, _)] => only.to_string(),
+        [(first, _), .., (last, _)] => format!("{first} to {last}"),
+    }
+}
+
+/// All robots have the same.
+fn order_of(robots: &[SharedRobot]) -> String {
+    robots.first().map(|robot| robot.borrow().settings().byte_order.to_string()).unwrap_or_default()
 }
 
 /// An address that this machine does not have is a mistake of the command line, the rest is the

@@ -26,7 +26,11 @@ use super::served::{STEP, ServedRobot};
 use super::waiter::{Interest, Source, Waiter};
 use crate::bus::enip::adapter::{AdapterEvent, STREAMS, StreamId, Transmit};
 use crate::cycle::CyclicDevice;
+#[cfg(target_os = "linux")]
+use crate::link::cable;
 use crate::link::clock::MonotonicClock;
+#[cfg(target_os = "linux")]
+use crate::link::watch_list::WatchList;
 use crate::time::{Duration, Instant};
 use crate::wire::enip::{IO_PORT, MESSAGE_PORT};
 
@@ -104,11 +108,17 @@ struct Peer {
 /// A robot and its sockets.
 struct Seat<D> {
     robot: ServedRobot<D>,
-    listener: TcpListener,
+    /// Where connections are accepted.
+    at: SocketAddrV4,
+    /// `None` while the robot is not on its bus.
+    listener: Option<TcpListener>,
     messages: UdpSocket,
     frames: UdpSocket,
     peers: [Option<Peer>; STREAMS],
-    /// While the system has no connections to give.
+    is_plugged: bool,
+    /// Connections that this end closed while the cable was out: the peer cannot know yet.
+    unheard: Vec<Peer>,
+    /// While the system has no connections or no port to give.
     rests_until: Option<Instant>,
     /// Whether something arrived for it in this step.
     is_touched: bool,
@@ -167,10 +177,13 @@ impl<D: CyclicDevice> Seat<D> {
         let failed = |address, purpose| move |cause| BindError::Socket { address, purpose, cause };
         Ok(Self {
             robot,
-            listener: listener(message).map_err(failed(message, Purpose::Sessions))?,
+            at: message,
+            listener: Some(listener(message).map_err(failed(message, Purpose::Sessions))?),
             messages: udp(message, false).map_err(failed(message, Purpose::Messages))?,
             frames: frames(io).map_err(failed(io, Purpose::Frames))?,
             peers: [const { None }; STREAMS],
+            is_plugged: true,
+            unheard: Vec::new(),
             rests_until: None,
             is_touched: false,
         })
@@ -183,13 +196,15 @@ impl<D: CyclicDevice> Seat<D> {
     /// All its sockets and what is waited for at them.
     fn sources(&self, index: usize) -> impl Iterator<Item = Source<'_>> {
         let listens = if self.rests_until.is_none() { Interest::Read } else { Interest::Nothing };
+        let listener = self.listener.iter();
+        let listener = listener.map(move |socket| source(key(index, LISTENER), socket, listens));
         let peers = self.peers.iter().flatten().map(move |peer| peer.source(index));
         [
-            source(key(index, LISTENER), &self.listener, listens),
             source(key(index, MESSAGES), &self.messages, Interest::Read),
             source(key(index, FRAMES), &self.frames, Interest::Read),
         ]
         .into_iter()
+        .chain(listener)
         .chain(peers)
     }
 
@@ -287,6 +302,12 @@ impl<D: CyclicDevice> Server<D> {
         self.seats.iter_mut().map(|seat| &mut seat.robot)
     }
 
+    /// Lets the robots live by `clock`, for a caller who has other things that live by it; before the
+    /// first step.
+    pub const fn keep_time_with(&mut self, clock: MonotonicClock) {
+        self.clock = clock;
+    }
+
     /// What passed so far.
     #[must_use]
     pub const fn counts(&self) -> ServerCounts {
@@ -319,9 +340,48 @@ impl<D: CyclicDevice> Server<D> {
     /// The system refuses to wait for the sockets. The robots have lived nevertheless.
     pub fn step(&mut self) -> io::Result<()> {
         let now = self.clock.now();
+        let until = self.next_due().min(now + STEP);
+        self.step_within(until.saturating_duration_since(now))
+    }
+
+    /// Does what is to be done now, without waiting: for a caller who waits for other things too.
+    ///
+    /// # Errors
+    ///
+    /// As of [`step`](Self::step).
+    #[cfg(target_os = "linux")]
+    pub fn step_at_once(&mut self) -> io::Result<()> {
+        self.step_within(Duration::ZERO)
+    }
+
+    /// When a robot's time has come; without robots [`STEP`] from now.
+    #[must_use]
+    pub fn next_due(&self) -> Instant {
         let due = self.seats.iter().map(Seat::next_due).min();
-        let until = due.map_or(now + STEP, |due| due.min(now + STEP));
-        let limit = until.saturating_duration_since(now);
+        due.unwrap_or_else(|| self.clock.now() + STEP)
+    }
+
+    /// Puts all sockets on `list`, as those of `server`: [`step_at_once`](Self::step_at_once) is to be
+    /// called when one of them is ready, and at [`next_due`](Self::next_due).
+    #[cfg(target_os = "linux")]
+    pub fn watch<'a>(&'a self, list: &mut WatchList<'a>, server: usize) {
+        list.add(server, self.waiter.as_fd(), false);
+    }
+
+    /// Pulls the network cable of a robot, or plugs it in again. While it is out nothing arrives and
+    /// nothing is sent; TCP connections stay, and what this end closes the peer learns when the cable
+    /// is in again.
+    ///
+    /// # Errors
+    ///
+    /// The system cannot hold up what arrives.
+    #[cfg(target_os = "linux")]
+    pub fn set_plugged(&mut self, robot: usize, plugged: bool) -> io::Result<()> {
+        let Some(seat) = self.seats.get_mut(robot) else { return Ok(()) };
+        seat.set_plugged(plugged, self.clock.now(), robot, &mut self.waiter)
+    }
+
+    fn step_within(&mut self, limit: Duration) -> io::Result<()> {
         let mut ready = core::mem::take(&mut self.ready);
         ready.clear();
         let seats = self.seats.iter().enumerate();
@@ -391,7 +451,7 @@ impl<D: CyclicDevice> Server<D> {
             let Some((from, len)) = datagram(socket, &mut self.room) else { break };
             self.counts.received += 1;
             let bytes = self.room.get(..len).unwrap_or(&[]);
-            for seat in &mut self.seats {
+            for seat in self.seats.iter_mut().filter(|seat| seat.is_plugged) {
                 seat.is_touched = true;
                 seat.robot.handle_message_datagram(now, from, bytes);
             }
@@ -402,10 +462,13 @@ impl<D: CyclicDevice> Server<D> {
     fn send(&mut self, index: usize) {
         let now = self.clock.now();
         let Some(seat) = self.seats.get_mut(index) else { return };
+        // First, so that nobody who sees its connection end finds the port open.
+        seat.open_or_close(now, index, &mut self.waiter);
         if seat.robot.take_departure() {
-            seat.peers = [const { None }; STREAMS];
+            for stream in 0..STREAMS {
+                seat.drop_peer(stream, &mut self.waiter);
+            }
         }
-        seat.accept_again(now, index, &mut self.waiter);
         for _ in 0..AT_ONCE {
             let Some(transmit) = seat.robot.poll_transmit(now, &mut self.room) else { return };
             match transmit {
@@ -415,7 +478,13 @@ impl<D: CyclicDevice> Server<D> {
                         self.counts.overfull += 1;
                     }
                 }
-                Transmit::CloseStream { stream } => seat.close(stream),
+                Transmit::CloseStream { stream } => seat.close(stream, &mut self.waiter),
+                // Without a cable they are lost, as they must be.
+                Transmit::MessageDatagram { .. } | Transmit::IoDatagram { .. }
+                    if !seat.is_plugged =>
+                {
+                    self.counts.unsent += 1;
+                }
                 Transmit::MessageDatagram { to, len } => {
                     let bytes = self.room.get(..len).unwrap_or(&[]);
                     self.counts.count(seat.messages.send_to(bytes, to));
@@ -446,7 +515,8 @@ struct Overfull;
 impl<D: CyclicDevice> Seat<D> {
     fn accept(&mut self, now: Instant, index: usize, waiter: &mut Waiter) {
         for _ in 0..AT_ONCE {
-            let (socket, peer) = match self.listener.accept() {
+            let Some(listener) = &self.listener else { return };
+            let (socket, peer) = match listener.accept() {
                 Ok((socket, SocketAddr::V4(peer))) => (socket, peer),
                 Ok(_) => continue,
                 Err(error) if error.kind() == io::ErrorKind::WouldBlock => return,
@@ -456,7 +526,7 @@ impl<D: CyclicDevice> Seat<D> {
                     // No files left, or no memory: it would be told again at once.
                     self.rests_until = Some(now + REST);
                     let key = key(index, LISTENER);
-                    let _ = waiter.change(source(key, &self.listener, Interest::Nothing));
+                    let _ = waiter.change(source(key, listener, Interest::Nothing));
                     return;
                 }
             };
@@ -476,12 +546,81 @@ impl<D: CyclicDevice> Seat<D> {
         }
     }
 
-    fn accept_again(&mut self, now: Instant, index: usize, waiter: &mut Waiter) {
+    /// Follows the robot to another protocol or through a boot, where its port is closed, and back.
+    fn open_or_close(&mut self, now: Instant, index: usize, waiter: &mut Waiter) {
         if self.rests_until.is_some_and(|until| until <= now) {
             self.rests_until = None;
-            let source = source(key(index, LISTENER), &self.listener, Interest::Read);
-            let _ = waiter.change(source);
+            if let Some(listener) = &self.listener {
+                let _ = waiter.change(source(key(index, LISTENER), listener, Interest::Read));
+            }
         }
+        match (self.robot.is_on_bus(), &self.listener) {
+            (false, Some(_)) => self.listener = None,
+            (true, None) if self.rests_until.is_none() => {
+                let is_back = listener(self.at).and_then(|listener| {
+                    waiter.add(source(key(index, LISTENER), &listener, Interest::Read))?;
+                    self.listener = Some(listener);
+                    Ok(())
+                });
+                if is_back.is_err() {
+                    self.rests_until = Some(now + REST);
+                }
+                self.join_cable();
+            }
+            _ => {}
+        }
+    }
+
+    /// A socket that was made while the cable is out hears nothing either.
+    fn join_cable(&self) {
+        #[cfg(target_os = "linux")]
+        if let (false, Some(listener)) = (self.is_plugged, &self.listener) {
+            // It went for the others, so it goes for this one.
+            let _ = cable::set_plugged(listener.as_fd(), false);
+        }
+    }
+
+    #[cfg(target_os = "linux")]
+    fn set_plugged(
+        &mut self,
+        plugged: bool,
+        now: Instant,
+        index: usize,
+        waiter: &mut Waiter,
+    ) -> io::Result<()> {
+        self.is_plugged = plugged;
+        for stream in 0..STREAMS {
+            let Some(Some(peer)) = self.peers.get_mut(stream) else { continue };
+            // What waits to be sent waits for the cable now, or leaves again.
+            let done = match plugged {
+                true => peer.write_backlog(index, waiter),
+                false => peer.set_waits_to_write(false, index, waiter),
+            };
+            if done.is_err() {
+                self.end(now, stream, waiter);
+            }
+        }
+        if plugged {
+            self.unheard.clear();
+        }
+        let listener = self.listener.iter().map(AsFd::as_fd);
+        let datagrams = [self.messages.as_fd(), self.frames.as_fd()];
+        let peers = self.peers.iter().flatten().map(|peer| peer.socket.as_fd());
+        let mut sockets = listener.chain(datagrams).chain(peers);
+        sockets.try_for_each(|socket| cable::set_plugged(socket, plugged))
+    }
+
+    /// Closes a TCP connection, or keeps it from its peer until the cable is in again.
+    fn drop_peer(&mut self, stream: usize, waiter: &mut Waiter) -> Option<StreamId> {
+        let peer = self.peers.get_mut(stream).and_then(Option::take)?;
+        let id = peer.stream;
+        #[cfg(target_os = "linux")]
+        if !self.is_plugged && waiter.remove(peer.socket.as_fd()).is_ok() {
+            self.unheard.push(peer);
+        }
+        #[cfg(not(target_os = "linux"))]
+        let _ = waiter;
+        Some(id)
     }
 
     fn attend_stream(
@@ -495,8 +634,9 @@ impl<D: CyclicDevice> Seat<D> {
         let Some(place) = self.peers.get_mut(stream) else { return };
         let Some(peer) = place else { return };
         // The system may take more now.
-        if !peer.backlog.is_empty() && peer.write_backlog(index, waiter).is_err() {
-            self.end(now, stream);
+        let may_write = self.is_plugged && !peer.backlog.is_empty();
+        if may_write && peer.write_backlog(index, waiter).is_err() {
+            self.end(now, stream, waiter);
             return;
         }
         let room = room.get_mut(..PIECE).unwrap_or_default();
@@ -511,22 +651,20 @@ impl<D: CyclicDevice> Seat<D> {
                     error.kind(),
                     io::ErrorKind::WouldBlock | io::ErrorKind::Interrupted
                 ) => {}
-            _ => self.end(now, stream),
+            _ => self.end(now, stream, waiter),
         }
     }
 
     /// A connection ended at the peer's side, or shall end because of the peer.
-    fn end(&mut self, now: Instant, stream: usize) {
-        if let Some(peer) = self.peers.get_mut(stream).and_then(Option::take) {
-            self.robot.handle_stream_closed(now, peer.stream);
+    fn end(&mut self, now: Instant, stream: usize, waiter: &mut Waiter) {
+        if let Some(stream) = self.drop_peer(stream, waiter) {
+            self.robot.handle_stream_closed(now, stream);
         }
     }
 
     /// The robot closes a connection. What it sent before leaves first if the system takes it.
-    fn close(&mut self, stream: StreamId) {
-        if let Some(place) = self.peers.get_mut(stream.index()) {
-            *place = None;
-        }
+    fn close(&mut self, stream: StreamId, waiter: &mut Waiter) {
+        self.drop_peer(stream.index(), waiter);
     }
 
     fn write(
@@ -539,13 +677,14 @@ impl<D: CyclicDevice> Seat<D> {
     ) -> Result<(), Overfull> {
         let Some(Some(peer)) = self.peers.get_mut(stream.index()) else { return Ok(()) };
         if peer.backlog.len() + bytes.len() > BACKLOG {
-            self.end(now, stream.index());
+            self.end(now, stream.index(), waiter);
             return Err(Overfull);
         }
         let was_empty = peer.backlog.is_empty();
         peer.backlog.extend_from_slice(bytes);
-        if was_empty && peer.write_backlog(index, waiter).is_err() {
-            self.end(now, stream.index());
+        let may_write = self.is_plugged && was_empty;
+        if may_write && peer.write_backlog(index, waiter).is_err() {
+            self.end(now, stream.index(), waiter);
         }
         Ok(())
     }

@@ -45,7 +45,7 @@ mod in_kernel {
     use core::mem::MaybeUninit;
 
     use rustix::event::{PollFd, PollFlags, epoll, poll};
-    use rustix::fd::OwnedFd;
+    use rustix::fd::{AsFd, BorrowedFd, OwnedFd};
     use rustix::io::Errno;
 
     use super::{Duration, Interest, Source, Timespec, io, timespec};
@@ -70,6 +70,11 @@ mod in_kernel {
             Ok(Self { epoll })
         }
 
+        /// The list as one file: ready when one of its sockets is.
+        pub(in crate::link::enip) fn as_fd(&self) -> BorrowedFd<'_> {
+            self.epoll.as_fd()
+        }
+
         /// Puts a socket on the list.
         pub(in crate::link::enip) fn add(&mut self, source: Source<'_>) -> io::Result<()> {
             let data = epoll::EventData::new_u64(source.key as u64);
@@ -80,6 +85,11 @@ mod in_kernel {
         pub(in crate::link::enip) fn change(&mut self, source: Source<'_>) -> io::Result<()> {
             let data = epoll::EventData::new_u64(source.key as u64);
             Ok(epoll::modify(&self.epoll, source.socket, data, flags(source.interest))?)
+        }
+
+        /// Takes a socket off the list that is kept open.
+        pub(in crate::link::enip) fn remove(&mut self, socket: BorrowedFd<'_>) -> io::Result<()> {
+            Ok(epoll::delete(&self.epoll, socket)?)
         }
 
         /// Waits until a socket is ready or `timeout` is over, whichever is first, and tells the keys of

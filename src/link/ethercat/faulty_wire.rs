@@ -528,6 +528,15 @@ impl<W: Wire> Wire for FaultyWire<W> {
         }
     }
 
+    fn receive_now(&mut self, buffer: &mut [u8]) -> io::Result<Option<usize>> {
+        let Faults { plan, injected, injected_received, .. } = &self.faults;
+        let is_perfect = plan.chances.is_empty() && injected.or(*injected_received).is_none();
+        if is_perfect && self.is_quiet() {
+            return self.wire.receive_now(buffer);
+        }
+        self.receive(buffer, self.wire.now())
+    }
+
     fn now(&self) -> Instant {
         self.wire.now()
     }

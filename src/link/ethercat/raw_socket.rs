@@ -10,7 +10,7 @@
 //! promiscuous mode: EtherCAT frames are broadcast.
 
 use std::io;
-use std::os::fd::{AsRawFd, OwnedFd};
+use std::os::fd::{AsFd, AsRawFd, BorrowedFd, OwnedFd};
 use std::path::PathBuf;
 use std::prelude::v1::*;
 
@@ -195,8 +195,8 @@ impl RawSocket {
         Ok(())
     }
 
-    /// The next frame that is already there.
-    fn receive_now(&mut self, buffer: &mut [u8]) -> io::Result<Option<usize>> {
+    /// The next frame in the system's buffer.
+    fn take_frame(&mut self, buffer: &mut [u8]) -> io::Result<Option<usize>> {
         loop {
             let room = buffer.len();
             let flags = RecvFlags::DONTWAIT | RecvFlags::TRUNC;
@@ -223,6 +223,12 @@ impl RawSocket {
             return Err(Errno::NODEV.into());
         }
         Ok(())
+    }
+}
+
+impl AsFd for RawSocket {
+    fn as_fd(&self) -> BorrowedFd<'_> {
+        self.socket.as_fd()
     }
 }
 
@@ -255,7 +261,7 @@ impl Wire for RawSocket {
         // virtual machine. Who answers on this core has answered after giving way once.
         sched_yield();
         loop {
-            if let Some(length) = self.receive_now(buffer)? {
+            if let Some(length) = self.take_frame(buffer)? {
                 return Ok(Some(length));
             }
             let remaining = deadline.saturating_duration_since(self.clock.now());
@@ -270,6 +276,10 @@ impl Wire for RawSocket {
                 Err(errno) => return Err(errno.into()),
             }
         }
+    }
+
+    fn receive_now(&mut self, buffer: &mut [u8]) -> io::Result<Option<usize>> {
+        self.take_frame(buffer)
     }
 
     fn now(&self) -> Instant {

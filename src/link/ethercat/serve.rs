@@ -15,7 +15,7 @@ use std::thread;
 use super::wire::{MAX_FRAME, Wire};
 use crate::bus::ethercat::application::Application;
 use crate::bus::ethercat::{Passage, SubDevice, act, carry, tick};
-use crate::time::Duration;
+use crate::time::{Duration, Instant};
 use crate::wire::ethercat::al::{AlState, AlStatusCode};
 
 /// How often the devices live while no frames come, and the longest wait of a step.
@@ -33,7 +33,9 @@ pub struct Standing {
 }
 
 impl Standing {
-    fn of<A: Application>(device: &SubDevice<A>) -> Self {
+    /// The standing of `device` now.
+    #[must_use]
+    pub fn of<A: Application>(device: &SubDevice<A>) -> Self {
         Self {
             is_on_bus: device.application().is_on_bus(),
             state: device.state(),
@@ -72,6 +74,8 @@ pub struct Server<W, A> {
     wire: W,
     line: Vec<SubDevice<A>>,
     standings: Vec<Standing>,
+    /// How many devices the cables reach.
+    reach: usize,
     counts: FrameCounts,
     buffer: Box<[u8; MAX_FRAME]>,
 }
@@ -82,7 +86,8 @@ impl<W: Wire, A: Application> Server<W, A> {
     pub fn new(wire: W, line: Vec<SubDevice<A>>) -> Self {
         let standings = line.iter().map(Standing::of).collect();
         let buffer = Box::new([0; MAX_FRAME]);
-        Self { wire, line, standings, counts: FrameCounts::default(), buffer }
+        let counts = FrameCounts::default();
+        Self { wire, line, standings, reach: usize::MAX, counts, buffer }
     }
 
     /// The wire.
@@ -106,6 +111,12 @@ impl<W: Wire, A: Application> Server<W, A> {
         &mut self.line
     }
 
+    /// Pulls the cable behind so many devices, counted from the main device, or plugs all in again
+    /// (`usize::MAX`). Those beyond live on and are out of reach of frames.
+    pub const fn set_reach(&mut self, devices: usize) {
+        self.reach = devices;
+    }
+
     /// What passed so far.
     #[must_use]
     pub const fn counts(&self) -> FrameCounts {
@@ -121,32 +132,56 @@ impl<W: Wire, A: Application> Server<W, A> {
     pub fn step(&mut self) -> io::Result<()> {
         let deadline = self.wire.now() + TICK;
         let received = self.wire.receive(&mut self.buffer[..], deadline);
+        self.attend(received, deadline).map(drop)
+    }
+
+    /// Serves a frame that is already there, or lets the devices live; never waits. Whether there was
+    /// a frame. For a caller who waits for other things too, and calls it at least every [`TICK`].
+    ///
+    /// # Errors
+    ///
+    /// As of [`step`](Self::step).
+    pub fn step_at_once(&mut self) -> io::Result<bool> {
+        let received = self.wire.receive_now(&mut self.buffer[..]);
         let now = self.wire.now();
+        self.attend(received, now)
+    }
+
+    /// Does what is to be done about what was received; an error is paused over until `deadline`.
+    fn attend(
+        &mut self,
+        received: io::Result<Option<usize>>,
+        deadline: Instant,
+    ) -> io::Result<bool> {
+        let now = self.wire.now();
+        let reach = self.reach.min(self.line.len());
+        let (reached, beyond) = self.line.split_at_mut(reach);
+        tick(now, beyond);
         let length = match received {
             Ok(Some(length)) => length,
             Ok(None) => {
-                tick(now, &mut self.line);
-                return Ok(());
+                tick(now, reached);
+                return Ok(false);
             }
             Err(error) => {
-                tick(now, &mut self.line);
+                tick(now, reached);
                 // An error may come at once, and again.
                 self.wire.pause_until(deadline);
                 return Err(error);
             }
         };
         self.counts.received += 1;
-        let Some(frame) = self.buffer.get_mut(..length) else { return Ok(()) };
+        let Some(frame) = self.buffer.get_mut(..length) else { return Ok(true) };
         // As an ESC does: the frame goes back before the firmware has seen it.
-        match carry(now, frame, &mut self.line) {
+        match carry(now, frame, reached) {
             Passage::Returned if self.wire.send(frame).is_ok() => self.counts.returned += 1,
             Passage::Returned => self.counts.unsent += 1,
             Passage::Lost => self.counts.lost += 1,
         }
         // Whoever waits for the frame on this very core goes first.
         thread::yield_now();
-        act(now, &mut self.line);
-        Ok(())
+        act(now, reached);
+        Ok(true)
     }
 
     /// The next device whose standing is another than at the last look; `None` when all were told.
@@ -169,7 +204,6 @@ mod tests {
 
     use super::*;
     use crate::bus::ethercat::Settings;
-    use crate::time::Instant;
     use crate::wire::ethercat::sii::SiiImage;
     use crate::wire::meca500::subdevice::DESCRIPTION;
 
@@ -308,6 +342,29 @@ mod tests {
         server.step().expect("a frame");
         assert_eq!(server.counts(), FrameCounts { received: 2, lost: 2, ..FrameCounts::default() });
         assert!(server.wire().sent.is_empty());
+    }
+
+    #[test]
+    fn a_pulled_cable_hides_those_behind_it_and_lets_them_live() {
+        let mut server = server(3);
+        for (reach, answered) in [(usize::MAX, 3), (1, 1), (2, 2), (3, 3)] {
+            server.set_reach(reach);
+            server.wire_mut().arriving.push_back(Some(frame(7, [0; 4], [0; 2])));
+            assert!(server.step_at_once().expect("a frame"));
+            let sent = server.wire_mut().sent.pop().expect("it comes back");
+            assert_eq!(sent[28], answered, "reach {reach}");
+        }
+        server.set_reach(0);
+        server.wire_mut().arriving.push_back(Some(frame(7, [0; 4], [0; 2])));
+        server.step().expect("a frame");
+        assert!(server.wire().sent.is_empty(), "nobody has seen it");
+        assert_eq!(server.counts().lost, 1);
+        let cycles = server.line()[2].application().cycles;
+        for _ in 0..10 {
+            server.step().expect("nothing comes");
+        }
+        assert!(server.line()[2].application().cycles >= cycles + 9);
+        assert!(!server.step_at_once().expect("nothing comes"));
     }
 
     #[test]

@@ -28,6 +28,16 @@ pub trait Wire {
     /// The wire cannot deliver (interface down or gone). The link treats it like a lost frame.
     fn receive(&mut self, buffer: &mut [u8], deadline: Instant) -> io::Result<Option<usize>>;
 
+    /// A frame that is already there, without waiting and without giving way to others.
+    ///
+    /// # Errors
+    ///
+    /// As of [`receive`](Self::receive).
+    fn receive_now(&mut self, buffer: &mut [u8]) -> io::Result<Option<usize>> {
+        let now = self.now();
+        self.receive(buffer, now)
+    }
+
     /// The time on this wire.
     fn now(&self) -> Instant;
 

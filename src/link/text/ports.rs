@@ -18,13 +18,15 @@ use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
 use std::vec;
 use std::vec::Vec;
 
-use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use rustix::io::Errno;
+use rustix::fd::AsFd;
 use socket2::{Domain, Protocol, SockRef, Socket, TcpKeepalive, Type};
 
 use super::error::{BindError, Port};
 use crate::bus::text::server::{ANOTHER_USER, CloseReason, Peer, ServerSession, SessionCounts};
 use crate::bus::text::{CONTROL_PORT, MAX_COMMAND, MONITORING_PORT, OUTBOX};
+#[cfg(target_os = "linux")]
+use crate::link::cable;
+use crate::link::watch_list::WatchList;
 use crate::text_device::TextDevice;
 use crate::time::{Duration, Instant};
 
@@ -129,6 +131,9 @@ pub struct TextPorts {
     control: Option<TcpStream>,
     monitors: [Option<TcpStream>; MONITORS],
     leaving: VecDeque<Leaving>,
+    is_plugged: bool,
+    /// Connections that this end closed while the cable was out: the peer cannot know yet.
+    unheard: Vec<TcpStream>,
     rests_until: Option<Instant>,
     events: VecDeque<ServerEvent>,
     counts: PortCounts,
@@ -218,6 +223,8 @@ impl TextPorts {
             control: None,
             monitors: [const { None }; MONITORS],
             leaving: VecDeque::with_capacity(LEAVING),
+            is_plugged: true,
+            unheard: Vec::new(),
             rests_until: None,
             events: VecDeque::new(),
             counts: PortCounts::default(),
@@ -272,25 +279,59 @@ impl TextPorts {
     ///
     /// The system refuses to wait.
     pub fn wait(&self, limit: Duration) -> io::Result<()> {
-        let mut sockets: Vec<PollFd<'_>> = Vec::with_capacity(MONITORS + LEAVING + 3);
+        let mut list = WatchList::new();
+        self.watch(&mut list, 0);
+        list.wait(limit).map(drop)
+    }
+
+    /// Puts all sockets on `list`, as those of `server`: [`serve`](Self::serve) is to be called when one
+    /// of them is ready.
+    pub fn watch<'a>(&'a self, list: &mut WatchList<'a>, server: usize) {
         if let (Some((control, monitoring)), None) = (&self.listeners, self.rests_until) {
-            sockets.push(PollFd::new(control, PollFlags::IN));
-            sockets.push(PollFd::new(monitoring, PollFlags::IN));
+            list.add(server, control.as_fd(), false);
+            list.add(server, monitoring.as_fd(), false);
         }
         for (peer, stream) in self.streams() {
-            let has_more = !self.session.waiting(peer).is_empty();
-            let flags = if has_more { PollFlags::IN | PollFlags::OUT } else { PollFlags::IN };
-            sockets.push(PollFd::new(stream, flags));
+            let has_more = self.is_plugged && !self.session.waiting(peer).is_empty();
+            list.add(server, stream.as_fd(), has_more);
         }
-        sockets.extend(self.leaving.iter().map(|one| PollFd::new(&one.stream, PollFlags::IN)));
-        // A second is longer than anybody waits at once.
-        let limit = limit.min(Duration::from_secs(1));
-        let limit = Timespec::try_from(limit).unwrap_or(Timespec { tv_sec: 1, tv_nsec: 0 });
-        match poll(&mut sockets, Some(&limit)) {
-            Ok(_) | Err(Errno::INTR) => Ok(()),
-            Err(error) => Err(error.into()),
+        for one in &self.leaving {
+            list.add(server, one.stream.as_fd(), false);
         }
     }
+
+    /// Pulls the network cable, or plugs it in again. While it is out nothing arrives and nothing is
+    /// sent: who is connected stays so until keep-alive packets are missed, at either end; who knocks
+    /// is not heard; and what this end closes the peer learns when the cable is in again.
+    ///
+    /// # Errors
+    ///
+    /// The system cannot hold up what arrives.
+    #[cfg(target_os = "linux")]
+    pub fn set_plugged(&mut self, plugged: bool) -> io::Result<()> {
+        self.is_plugged = plugged;
+        if plugged {
+            self.unheard.clear();
+        }
+        let listeners = self.listeners.iter();
+        let listeners = listeners.flat_map(|(one, other)| [one.as_fd(), other.as_fd()]);
+        let streams = self.streams().map(|(_, stream)| stream.as_fd());
+        let leaving = self.leaving.iter().map(|one| one.stream.as_fd());
+        let mut sockets = listeners.chain(streams).chain(leaving);
+        sockets.try_for_each(|socket| cable::set_plugged(socket, plugged))
+    }
+
+    /// A socket that was made while the cable is out hears nothing either.
+    #[cfg(target_os = "linux")]
+    fn join_cable(&self, socket: impl AsFd) {
+        if !self.is_plugged {
+            // It went for the others, so it goes for this one.
+            let _ = cable::set_plugged(socket.as_fd(), false);
+        }
+    }
+
+    #[cfg(not(target_os = "linux"))]
+    fn join_cable(&self, _: impl AsFd) {}
 
     fn streams(&self) -> impl Iterator<Item = (Peer, &TcpStream)> {
         let monitors = self.monitors.iter().enumerate();
@@ -321,7 +362,11 @@ impl TextPorts {
         match (device.is_on_text(), &self.listeners) {
             (false, Some(_)) => self.listeners = None,
             (true, None) if self.rests_until.is_none() => match open(self.endpoints) {
-                Ok(listeners) => self.listeners = Some(listeners),
+                Ok(listeners) => {
+                    self.join_cable(&listeners.0);
+                    self.join_cable(&listeners.1);
+                    self.listeners = Some(listeners);
+                }
                 Err(_) => self.rest(now),
             },
             _ => {}
@@ -365,6 +410,7 @@ impl TextPorts {
         if prepare(&stream).is_err() {
             return;
         }
+        self.join_cable(&stream);
         if port == Port::Control {
             // Whoever has control may have left before this one knocked, and be found gone only by reading.
             self.read(now, device, Peer::Control);
@@ -393,6 +439,9 @@ impl TextPorts {
 
     /// Says the last words and keeps the socket until the peer has closed too, or for a moment.
     fn dismiss(&mut self, now: Instant, mut stream: TcpStream, farewell: &[u8]) {
+        if !self.is_plugged {
+            return self.unheard.push(stream);
+        }
         // What does not fit into the system's buffers now is lost, as it must be.
         let _ = stream.write(farewell);
         let _ = stream.shutdown(Shutdown::Write);
@@ -441,6 +490,9 @@ impl TextPorts {
     }
 
     fn write(&mut self, now: Instant, device: &mut dyn TextDevice, peer: Peer) {
+        if !self.is_plugged {
+            return;
+        }
         let Self { session, control, monitors, counts, .. } = self;
         let stream = match peer {
             Peer::Control => control.as_mut(),

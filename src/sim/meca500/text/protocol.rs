@@ -69,8 +69,9 @@ impl VirtualRobot {
             && self.settings.persistent.ethercat_enabled
     }
 
-    /// SwitchToEtherCat. Source: PM L4099.
-    pub(super) fn switch_to_ethercat(&mut self) {
+    /// SwitchToEtherCat: from now on EtherCAT is the only protocol, until DisableEtherCAT, also after a
+    /// boot. Source: PM L4099.
+    pub fn switch_to_ethercat(&mut self) {
         if self.settings.bus != CyclicBus::EtherCat {
             self.text.bus_before = Some(self.settings.bus);
             self.settings.bus = CyclicBus::EtherCat;

@@ -1,0 +1,97 @@
+//! Waiting for the sockets of several servers at once, with deadlines finer than a millisecond.
+//!
+//! Read [`WatchList`] first. Each server puts its sockets on the list under a number of its own, and
+//! is served when one of them is ready or its own time has come.
+
+use std::io;
+use std::vec::Vec;
+
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::fd::BorrowedFd;
+use rustix::io::Errno;
+
+use crate::time::Duration;
+
+/// Longest wait at once; callers come back.
+const LONGEST: Timespec = Timespec { tv_sec: 1, tv_nsec: 0 };
+
+/// Sockets to wait for, each with the number of the server that it belongs to.
+#[derive(Debug, Default)]
+pub struct WatchList<'a> {
+    sockets: Vec<PollFd<'a>>,
+    servers: Vec<usize>,
+}
+
+impl<'a> WatchList<'a> {
+    /// A list without sockets.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { sockets: Vec::new(), servers: Vec::new() }
+    }
+
+    /// Waits for something to read at `socket`, or for its end; with `to_write` for room to write too.
+    pub fn add(&mut self, server: usize, socket: BorrowedFd<'a>, to_write: bool) {
+        let flags = if to_write { PollFlags::IN | PollFlags::OUT } else { PollFlags::IN };
+        self.sockets.push(PollFd::from_borrowed_fd(socket, flags));
+        self.servers.push(server);
+    }
+
+    /// Waits until a socket is ready or `limit` is over, a second at most. It may return early.
+    ///
+    /// # Errors
+    ///
+    /// The system refuses to wait.
+    pub fn wait(mut self, limit: Duration) -> io::Result<Ready> {
+        let limit = limit.min(Duration::from_secs(1));
+        let limit = Timespec::try_from(limit).unwrap_or(LONGEST);
+        match poll(&mut self.sockets, Some(&limit)) {
+            Ok(0) | Err(Errno::INTR) => return Ok(Ready::default()),
+            Ok(_) => {}
+            Err(error) => return Err(error.into()),
+        }
+        let answers = self.sockets.iter().zip(self.servers);
+        let ready = answers.filter(|(socket, _)| !socket.revents().is_empty());
+        Ok(Ready { servers: ready.map(|(_, server)| server).collect() })
+    }
+}
+
+/// Which servers have something to do.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Ready {
+    servers: Vec<usize>,
+}
+
+impl Ready {
+    /// Whether a socket of `server` is ready.
+    #[must_use]
+    pub fn contains(&self, server: usize) -> bool {
+        self.servers.contains(&server)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::net::UdpSocket;
+
+    use rustix::fd::AsFd;
+
+    use super::*;
+
+    #[test]
+    fn the_server_whose_socket_is_ready_is_told() {
+        let [quiet, busy] = [0, 1].map(|_| UdpSocket::bind("127.0.0.1:0").unwrap());
+        let wait = |limit| {
+            let mut list = WatchList::new();
+            list.add(3, quiet.as_fd(), false);
+            list.add(5, busy.as_fd(), false);
+            list.wait(limit).unwrap()
+        };
+        assert_eq!(wait(Duration::from_micros(200)), Ready::default());
+        quiet.send_to(&[1], busy.local_addr().unwrap()).unwrap();
+        let ready = wait(Duration::from_secs(60));
+        assert!(ready.contains(5) && !ready.contains(3));
+        let mut list = WatchList::new();
+        list.add(3, quiet.as_fd(), true);
+        assert!(list.wait(Duration::from_secs(60)).unwrap().contains(3), "there is room to write");
+    }
+}
