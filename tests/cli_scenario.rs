@@ -9,14 +9,16 @@ mod cli_support;
 mod loopback;
 #[path = "support/namespaces.rs"]
 mod namespaces;
+#[path = "support/text_line.rs"]
+mod text_line;
 
-use std::io::{ErrorKind, Read, Write};
-use std::net::TcpStream;
+use std::io::{Read, Write};
 use std::time::{Duration, Instant};
 
 use cli_support::{Scratch, fieldarm, run};
 use loopback::address;
 use namespaces::Running;
+use text_line::Line;
 
 /// Far longer than anything here takes.
 const LONG: Duration = Duration::from_secs(60);
@@ -43,73 +45,9 @@ fn in_order(said: &str, words: &[&str]) {
     }
 }
 
-/// A connection to one of the ports.
-struct Line {
-    stream: TcpStream,
-    heard: String,
-}
-
-impl Line {
-    fn open(address: &str, port: u16) -> Self {
-        let at = format!("{address}:{port}");
-        let stream = TcpStream::connect(&at).unwrap_or_else(|error| panic!("{at}: {error}"));
-        stream.set_read_timeout(Some(Duration::from_millis(50))).expect("not zero");
-        Self { stream, heard: String::new() }
-    }
-
-    /// With the control of the robot.
-    fn controlling(address: &str) -> Self {
-        let mut line = Self::open(address, 10_000);
-        line.expect("[3000][Connected to Meca500");
-        line
-    }
-
-    /// `false` once the robot has closed the connection.
-    fn hear(&mut self) -> bool {
-        let mut room = [0; 4096];
-        match self.stream.read(&mut room) {
-            Ok(0) => false,
-            Ok(count) => {
-                self.heard.push_str(&String::from_utf8_lossy(&room[..count]));
-                true
-            }
-            Err(error) => {
-                matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut)
-            }
-        }
-    }
-
-    /// Waits for `words` and forgets all up to them.
-    fn expect(&mut self, words: &str) {
-        let deadline = Instant::now() + LONG;
-        loop {
-            if let Some(place) = self.heard.find(words) {
-                self.heard.drain(..place + words.len());
-                return;
-            }
-            let is_open = self.hear();
-            let beginning = self.heard.get(..1_000).unwrap_or(&self.heard);
-            assert!(is_open || self.heard.contains(words), "closed, no {words}: {beginning}");
-            assert!(Instant::now() < deadline, "no {words}: {beginning}");
-        }
-    }
-
-    fn expect_end(&mut self) {
-        let deadline = Instant::now() + LONG;
-        while self.hear() {
-            assert!(Instant::now() < deadline, "still open: {}", self.heard);
-        }
-    }
-
-    fn ask(&mut self, command: &str, answer: &str) {
-        self.stream.write_all(format!("{command}\0").as_bytes()).expect("it is open");
-        self.expect(answer);
-    }
-
-    fn activate_and_home(&mut self) {
-        self.ask("ActivateRobot", "[2000]");
-        self.ask("Home", "[2002]");
-    }
+fn activate_and_home(control: &mut Line) {
+    control.ask("ActivateRobot", "[2000]");
+    control.ask("Home", "[2002]");
 }
 
 #[test]
@@ -123,7 +61,7 @@ fn stops_are_told_in_the_manuals_order() {
     let arguments = ["--tcp", &address, "--revision", "r4", "--scenario", &scenario];
     let mut serving = serve(&arguments);
     let mut control = Line::controlling(&address);
-    control.activate_and_home();
+    activate_and_home(&mut control);
     control.expect("[3032][1]");
     control.expect("[3032][2]");
     control.ask("ResumeMotion", "[2043]");
@@ -156,7 +94,7 @@ fn a_blocked_joint_ends_a_move_with_an_error() {
         scratch.write("block.txt", "wait homed\nblock joint 1\nwait error\nunblock joint 1\n");
     let mut serving = serve(&["--tcp", &address, "--scenario", &scenario]);
     let mut control = Line::controlling(&address);
-    control.activate_and_home();
+    activate_and_home(&mut control);
     serving.wait_for("joint 1 is blocked at 0.00 deg", LONG);
     control.ask("MoveJoints(40, 0, 0, 0, 0, 0)", "[3005]");
     serving.wait_for("joint 1 is free", LONG);
@@ -169,33 +107,37 @@ fn a_blocked_joint_ends_a_move_with_an_error() {
 
 #[test]
 fn nothing_passes_a_pulled_cable() {
-    let (address, scratch) = (address().to_string(), Scratch::new("scenario_cable"));
-    // Longer than keep-alive packets are missed.
-    let scenario = scratch.write("cable.txt", "wait connected\ncable pull\n+10s cable plug tcp\n");
-    let mut serving = serve(&["--tcp", &address, "--scenario", &scenario]);
-    let mut control = Line::controlling(&address);
-    serving.wait_for("the cable pulled", LONG);
-    // Nobody answers; the connection may break meanwhile, which whoever writes notices.
-    let mut heard = false;
-    while !serving.said().contains("TCP cable plugged") {
-        heard |= control.stream.write_all(b"GetFwVersion\0").is_ok()
-            && control.hear()
-            && control.heard.contains("[2081]");
-        std::thread::sleep(Duration::from_millis(20));
+    let (first, scratch) = (address(), Scratch::new("scenario_cable"));
+    let second = std::net::Ipv4Addr::from_bits(first.to_bits() + 1).to_string();
+    let first = first.to_string();
+    // Whoever connects to the second robot has the first one's cable plugged again.
+    let scenario = scratch.write(
+        "cable.txt",
+        "robot 1 wait connected\nrobot 1 cable pull enip\nrobot 1 cable pull\n\
+         robot 2 wait connected\nrobot 1 cable plug tcp\n",
+    );
+    let scenario = scenario.as_str();
+    let mut serving = serve(&["--tcp", &first, "--robots", "2", "--scenario", scenario]);
+    let mut control = Line::controlling(&first);
+    serving.wait_for("robot 1: the cable pulled", LONG);
+    control.stream.write_all(b"GetFwVersion\0").expect("the other end is not missed yet");
+    let mut heard = Vec::new();
+    for _ in 0..10 {
+        let mut room = [0; 4096];
+        // Most often nothing comes until its time is over.
+        let count = control.stream.read(&mut room).unwrap_or(0);
+        heard.extend_from_slice(&room[..count]);
     }
-    assert!(!heard, "{}", control.heard);
-    drop(control);
-    // The robot needs its time to find that the old connection is gone.
-    let mut again = loop {
-        let mut line = Line::open(&address, 10_000);
-        while line.heard.is_empty() && line.hear() {}
-        if line.heard.contains("[3000]") {
-            break line;
-        }
-        assert!(line.heard.contains("[3001]") || line.heard.is_empty(), "{}", line.heard);
-    };
-    again.ask("GetFwVersion", "[2081]");
-    end(serving);
+    let heard = String::from_utf8_lossy(&heard);
+    assert!(!heard.contains("[2081]"), "{heard}");
+    let _second = Line::controlling(&second);
+    serving.wait_for("robot 1: the TCP cable plugged", LONG);
+    control.expect("[2081]");
+    let said = end(serving);
+    assert!(
+        said.contains("the EtherNet/IP cable cannot be pulled: nothing is served there"),
+        "{said}"
+    );
 }
 
 #[test]
@@ -271,7 +213,7 @@ fn what_a_robot_keeps_outlives_the_process() {
     control.ask("GetPStop2Cfg", "][2]");
     control.ask("GetJointLimits(1)", ",-90,91.5]");
     control.ask("GetVariable(width)", "12.5");
-    control.activate_and_home();
+    activate_and_home(&mut control);
     control.ask("StartProgram(1)", "[2063]");
     control.expect("[3012]");
     control.ask("GetJoints", "[2026][12.5,0,0,0,0,0]");

@@ -4,32 +4,11 @@
 //! ([`status_line`](super::status_line)) does it through [`Cell`].
 
 use core::cell::RefMut;
-use core::fmt;
 use std::prelude::v1::*;
 
+use super::stage::Cable;
 use crate::sim::meca500::VirtualRobot;
 use crate::time::Instant;
-
-/// What a cable carries.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Cable {
-    EtherCat,
-    EtherNetIp,
-    Tcp,
-    /// The one cable that carries everything.
-    All,
-}
-
-impl fmt::Display for Cable {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::EtherCat => "the EtherCAT cable",
-            Self::EtherNetIp => "the EtherNet/IP cable",
-            Self::Tcp => "the TCP cable",
-            Self::All => "the cable",
-        })
-    }
-}
 
 /// What is done to a robot's power.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,7 +26,7 @@ pub(super) trait Cell {
     /// How many robots there are; their numbers count from 0.
     fn count(&self) -> usize;
 
-    /// To be acted upon; nothing else of the cell is asked meanwhile.
+    /// One that is there, to be acted upon.
     fn robot(&mut self, number: usize) -> RefMut<'_, VirtualRobot>;
 
     /// Pulls or plugs a cable; says why not when there is none.
@@ -59,7 +38,7 @@ pub(super) trait Cell {
     fn switch(&mut self, number: usize, mains: Mains);
 
     /// Who controls the robot, for a person; `None` while nobody does.
-    fn controller(&self, number: usize) -> Option<String>;
+    fn controller(&self, number: usize) -> Option<&'static str>;
 
     /// How many only watch.
     fn monitors(&self, number: usize) -> usize;
@@ -71,7 +50,7 @@ pub(super) struct Bench {
     pub(super) now: Instant,
     pub(super) robots: Vec<core::cell::RefCell<VirtualRobot>>,
     pub(super) pulled: Vec<bool>,
-    pub(super) controller: Option<String>,
+    pub(super) controller: Option<&'static str>,
 }
 
 #[cfg(test)]
@@ -134,8 +113,8 @@ impl Cell for Bench {
         }
     }
 
-    fn controller(&self, _number: usize) -> Option<String> {
-        self.controller.clone()
+    fn controller(&self, _number: usize) -> Option<&'static str> {
+        self.controller
     }
 
     fn monitors(&self, _number: usize) -> usize {

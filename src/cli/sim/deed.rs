@@ -5,7 +5,8 @@
 
 use std::prelude::v1::*;
 
-use super::cell::{Cable, Cell, Mains};
+use super::cell::{Cell, Mains};
+use super::stage::Cable;
 use crate::sim::meca500::{Lifecycle, Part, Standing};
 use crate::wire::meca500::revision::Revision;
 
@@ -43,9 +44,10 @@ pub(super) fn perform<C: Cell>(deed: Deed, cell: &mut C, number: usize) -> Strin
     match deed {
         Deed::Cable { cable, plugged } => {
             let done = if plugged { "plugged" } else { "pulled" };
+            let name = cable_name(cable);
             match cell.set_plugged(number, cable, plugged) {
-                Ok(()) => format!("{cable} {done}"),
-                Err(why) => format!("{cable} cannot be {done}: {why}"),
+                Ok(()) => format!("{name} {done}"),
+                Err(why) => format!("{name} cannot be {done}: {why}"),
             }
         }
         Deed::Mains(mains) => {
@@ -148,6 +150,15 @@ fn at_robot<C: Cell>(deed: Deed, cell: &mut C, number: usize) -> String {
             "the communication with the drives breaks; a boot mends it".into()
         }
         Deed::Cable { .. } | Deed::Mains(_) => String::new(),
+    }
+}
+
+const fn cable_name(cable: Cable) -> &'static str {
+    match cable {
+        Cable::EtherCat => "the EtherCAT cable",
+        Cable::EtherNetIp => "the EtherNet/IP cable",
+        Cable::Tcp => "the TCP cable",
+        Cable::All => "the cable",
     }
 }
 

@@ -4,8 +4,9 @@
 
 use std::prelude::v1::*;
 
-use super::cell::{Cable, Cell, Mains};
+use super::cell::{Cell, Mains};
 use super::deed::Deed;
+use super::stage::Cable;
 use crate::sim::meca500::{Lifecycle, Signal};
 
 /// What is shown for the key `h`.

@@ -8,12 +8,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Args;
 
+use super::beside::{Beside, Cut};
 use super::cell::Cell;
 use super::deed::perform;
 use super::keyboard::{Keyboard, Stroke};
 use super::keys::Keys;
 use super::scenario::{self, Course, Play, label, shown_time};
 use super::scenario_file::Scenario;
+use super::stage::Stage;
 use super::state::State;
 use super::status_line::Screen;
 use crate::cli::exit::Failure;
@@ -83,6 +85,7 @@ impl Prepared {
             keyboard: Keyboard::default(),
             keys: if quiet { None } else { Keys::open() },
             screen: if quiet { None } else { Screen::open(now) },
+            cut: Cut::default(),
             interrupted,
         }
     }
@@ -96,6 +99,7 @@ pub(super) struct Operator {
     keyboard: Keyboard,
     keys: Option<Keys>,
     screen: Option<Screen>,
+    cut: Cut,
     interrupted: Arc<AtomicBool>,
 }
 
@@ -105,15 +109,10 @@ impl Operator {
         self.keys.is_some()
     }
 
-    /// When something is due that [`act`](Self::act) must not come late for.
-    pub(super) fn next_deadline(&self) -> Option<Instant> {
-        let play = self.play.as_ref().and_then(Play::next_deadline);
-        let state = self.state.as_ref().and_then(State::next_deadline);
-        [play, state].into_iter().flatten().min()
-    }
-
     /// Does what is due and what was asked for. Never waits.
-    pub(super) fn act<C: Cell>(&mut self, cell: &mut C, tell: &mut dyn FnMut(String)) {
+    pub(super) fn act(&mut self, stage: &mut Stage<'_>, tell: &mut dyn FnMut(String)) {
+        self.cut.give_back(stage);
+        let cell = &mut Beside { stage, cut: &mut self.cut };
         let time = shown_time(cell.now() - self.began);
         if let Some(play) = &mut self.play {
             let course = play.act(cell, &mut |words| tell(format!("{time}{words}")));
@@ -145,9 +144,9 @@ impl Operator {
     }
 
     /// Gives the terminal back and waits until what the robots keep is written.
-    pub(super) fn end<C: Cell>(self, cell: &mut C) -> Result<(), Failure> {
+    pub(super) fn end(mut self, stage: &mut Stage<'_>) -> Result<(), Failure> {
         drop(self.keys);
         drop(self.screen);
-        self.state.map_or(Ok(()), |state| state.end(cell))
+        self.state.map_or(Ok(()), |state| state.end(&mut Beside { stage, cut: &mut self.cut }))
     }
 }

@@ -70,13 +70,6 @@ impl Play {
         }
     }
 
-    /// When the next event is due; `None` for a wait that has begun and when nothing is left.
-    pub(super) fn next_deadline(&self) -> Option<Instant> {
-        let event = self.events.get(self.next)?;
-        let waits = matches!(event.act, Act::Wait(_)) && !self.tells_wait;
-        (!waits).then(|| self.due(event))
-    }
-
     fn due(&self, event: &Event) -> Instant {
         match event.when {
             When::At(time) => (self.began + time).max(self.before),
@@ -209,12 +202,7 @@ mod tests {
         let mut told = Vec::new();
         for _ in 0..=millis {
             let at = bench.now.as_nanos() / 1_000_000;
-            let deadline = play.next_deadline();
-            let before = told.len();
             let course = play.act(bench, &mut |words| told.push((at, words)));
-            let waits =
-                deadline.is_none() || deadline.is_some_and(|deadline| deadline <= bench.now);
-            assert!(waits || told.len() == before, "{at}: before its deadline");
             if course == Course::Quits {
                 break;
             }
@@ -246,10 +234,16 @@ mod tests {
         let mut play = Play::new(scenario, bench.now);
         bench.pass(Duration::from_millis(5));
         play.act(&mut bench, &mut |_| {});
-        assert_eq!(play.next_deadline(), Some(Instant::from_nanos(7_000_000)));
-        bench.pass(Duration::from_millis(10));
+        assert_eq!(bench.robot(0).standing().blocked, [true, false, false, false, false, false]);
+        // Due at 7 ms, not at 9.
+        bench.pass(Duration::from_millis(2));
         play.act(&mut bench, &mut |_| {});
-        assert_eq!(play.next_deadline(), None);
+        assert_eq!(bench.robot(0).standing().blocked, [true, true, false, false, false, false]);
+        bench.pass(Duration::from_millis(3));
+        play.act(&mut bench, &mut |_| {});
+        assert_eq!(bench.robot(0).standing().blocked, [true, true, false, false, false, false]);
+        bench.pass(Duration::from_millis(1));
+        play.act(&mut bench, &mut |_| {});
         assert_eq!(bench.robot(0).standing().blocked, [true, true, true, false, false, false]);
     }
 
@@ -305,7 +299,7 @@ mod tests {
             holds(&mut bench, Condition::Deactivated) && holds(&mut bench, Condition::Disconnected)
         );
         assert!(!holds(&mut bench, Condition::Idle), "it is not even activated");
-        bench.controller = Some("TCP".into());
+        bench.controller = Some("TCP");
         assert!(holds(&mut bench, Condition::Connected));
         bench.robot(0).activate().expect("it may");
         bench.pass(Duration::from_millis(300));

@@ -17,8 +17,9 @@
 use core::fmt;
 use std::prelude::v1::*;
 
-use super::cell::{Cable, Mains};
+use super::cell::Mains;
 use super::deed::Deed;
+use super::stage::Cable;
 use crate::sim::meca500::Part;
 use crate::time::Duration;
 

@@ -149,11 +149,6 @@ impl State {
         mistake(&file_of(&self.directory, number), &format!(" {why}"))
     }
 
-    /// When [`keep`](Self::keep) looks again.
-    pub(super) const fn next_deadline(&self) -> Option<Instant> {
-        self.next_look
-    }
-
     /// Sees to it that what has changed is written; says what the disk refused since the last time.
     pub(super) fn keep<C: Cell>(&mut self, cell: &mut C) -> Option<String> {
         let now = cell.now();

@@ -164,6 +164,8 @@ pub(super) fn say(message: &str) -> bool {
 /// The lines on a terminal. They go when it is dropped.
 pub(super) struct Screen {
     next_look: Instant,
+    /// What is shown.
+    lines: Vec<String>,
     thread: Option<JoinHandle<()>>,
 }
 
@@ -174,7 +176,7 @@ impl Screen {
             let (sender, receiver) = sync_channel(ROOM);
             *orders() = Some(sender);
             let thread = thread::spawn(move || draw(&receiver));
-            Self { next_look: now, thread: Some(thread) }
+            Self { next_look: now, lines: Vec::new(), thread: Some(thread) }
         })
     }
 
@@ -186,9 +188,11 @@ impl Screen {
         }
         self.next_look = now + INTERVAL;
         let lines = lines(cell);
-        if let Some(orders) = orders().as_ref() {
-            // The next lines say the same anew.
-            let _ = orders.try_send(Order::Show(lines));
+        if lines != self.lines
+            && let Some(orders) = orders().as_ref()
+            && orders.try_send(Order::Show(lines.clone())).is_ok()
+        {
+            self.lines = lines;
         }
     }
 }
@@ -263,7 +267,7 @@ mod tests {
         bench.robot(0).home().expect("it may");
         assert!(only(&mut bench).starts_with("homing "));
         bench.pass(Duration::from_secs(4));
-        bench.controller = Some("TCP".into());
+        bench.controller = Some("TCP");
         assert!(
             only(&mut bench).starts_with("ready   controlled over TCP "),
             "{}",
