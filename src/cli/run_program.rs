@@ -543,6 +543,8 @@ pub(super) fn catch_interrupts() -> Result<Arc<AtomicBool>, Failure> {
         flag.store(true, Ordering::Relaxed);
         // A terminal that is closed sends more than one; nobody meant the second.
         if NOTHING_MOVES.load(Ordering::Relaxed) || since_first > SECOND_SIGNAL_AFTER {
+            #[cfg(target_os = "linux")]
+            super::sim::give_terminal_back();
             process::exit(Exit::Interrupted as i32);
         }
     })

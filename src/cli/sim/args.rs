@@ -5,6 +5,7 @@ use std::prelude::v1::*;
 
 use clap::{ArgGroup, Args, ValueEnum};
 
+use super::operator::OperatorArgs;
 use crate::cli::exit::Failure;
 use crate::cli::order::OrderName;
 use crate::cli::run_program::RevisionName;
@@ -21,8 +22,8 @@ const PER_MILLE: u16 = 5;
 const EXIT_CODES: &str = "\
 Exit codes:
     0  ended with Ctrl-C, or by the signal TERM or HUP: the way it is meant to end
-    1  an internal error
-    2  bad usage, no such network interface, or no such address of this machine
+    1  a file cannot be read or written, or an internal error
+    2  bad usage, a mistake in a scenario or in kept state, no such network interface, or no such address of this machine
     4  the interface cannot be opened, or was removed; a port is in use by somebody else
   130  ended by a second signal, without the figures";
 
@@ -114,7 +115,9 @@ pub(in crate::cli) struct SimArgs {
     /// Cut the power of all robots once, this many seconds after the beginning.
     #[arg(long, value_name = "SECONDS", value_parser = clap::value_parser!(u64).range(1..))]
     pub(super) power_cycle_after: Option<u64>,
-    /// Say nothing on standard error unless something goes wrong.
+    #[command(flatten)]
+    pub(super) operator: OperatorArgs,
+    /// Say nothing on standard error unless something goes wrong: no status line, no keys.
     #[arg(long, short)]
     pub(super) quiet: bool,
 }
@@ -206,6 +209,16 @@ impl SimArgs {
             _ => ModeName::Tcp,
         };
         self.mode.unwrap_or(usual)
+    }
+
+    /// The mode in which a robot boots that was left in `left`: that one, if it is served and the
+    /// command line asks for no other.
+    pub(super) fn mode_when_left_in(&self, left: ModeName) -> ModeName {
+        let is_served = match left {
+            ModeName::Ethercat => self.ethercat.is_some(),
+            ModeName::Tcp => self.tcp.is_some() || self.enip.is_some(),
+        };
+        if self.mode.is_none() && is_served { left } else { self.mode() }
     }
 
     /// Refuses what the options of each other rule out.

@@ -3,24 +3,44 @@
 use std::prelude::v1::*;
 
 use super::args::{ModeName, SimArgs};
+use super::labels::Labels;
+use super::operator::Prepared;
 use super::shared_robot::SharedRobot;
 use crate::cli::enip::robots::FIRST_SERIAL;
-use crate::sim::meca500::{CyclicBus, FieldbusMode, NetworkSettings, RobotSettings, VirtualRobot};
+use crate::cli::exit::Failure;
+use crate::sim::meca500::{CyclicBus, FieldbusMode, NetworkSettings, RobotSettings};
 
-/// The robots that the command line wants, in the mode in which they boot.
-pub(super) fn robots(args: &SimArgs) -> Vec<SharedRobot> {
-    (0..u32::from(args.robots))
+/// The robots that the command line wants, in the mode in which they boot and with what they have kept;
+/// `tell` hears what the command line overrules of that.
+pub(super) fn robots(
+    args: &SimArgs,
+    prepared: &Prepared,
+    tell: &mut dyn FnMut(String),
+) -> Result<Vec<SharedRobot>, Failure> {
+    let labels = Labels { are_several: args.robots > 1, is_mixed: false };
+    (0..args.robots)
         .map(|number| {
-            let mut robot = VirtualRobot::new(settings(args, FIRST_SERIAL + number));
-            if args.mode() == ModeName::Ethercat {
+            let serial_number = FIRST_SERIAL + u32::from(number);
+            let number = usize::from(number);
+            let mode = match prepared.was_in_ethercat_mode(number) {
+                Some(true) => args.mode_when_left_in(ModeName::Ethercat),
+                Some(false) => args.mode_when_left_in(ModeName::Tcp),
+                None => args.mode(),
+            };
+            let settings = settings(args, mode, serial_number);
+            let (mut robot, told) = prepared.robot(number, settings)?;
+            if let Some(told) = told {
+                tell(format!("{}{told}", labels.of(number)));
+            }
+            if mode == ModeName::Ethercat {
                 robot.switch_to_ethercat();
             }
-            SharedRobot::new(robot)
+            Ok(SharedRobot::new(robot))
         })
         .collect()
 }
 
-fn settings(args: &SimArgs, serial_number: u32) -> RobotSettings {
+fn settings(args: &SimArgs, mode: ModeName, serial_number: u32) -> RobotSettings {
     let mut settings = RobotSettings {
         serial_number,
         revision: args.revision.into(),
@@ -43,6 +63,6 @@ fn settings(args: &SimArgs, serial_number: u32) -> RobotSettings {
         },
         ..RobotSettings::default()
     };
-    settings.persistent.ethercat_enabled = args.mode() == ModeName::Ethercat;
+    settings.persistent.ethercat_enabled = mode == ModeName::Ethercat;
     settings
 }

@@ -3,6 +3,8 @@
 use std::io::Write;
 use std::prelude::v1::*;
 
+use super::status_line;
+
 /// Says things on standard error, if anybody wants to hear them.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::cli) struct Teller {
@@ -11,7 +13,7 @@ pub(in crate::cli) struct Teller {
 
 impl Teller {
     pub(in crate::cli) fn say(self, message: impl core::fmt::Display) {
-        if !self.quiet {
+        if !self.quiet && !status_line::say(&message.to_string()) {
             // Nobody reads standard error any more: the robots are served on.
             let _ = writeln!(std::io::stderr(), "{message}");
         }

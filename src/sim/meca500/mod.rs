@@ -38,6 +38,7 @@ mod receive;
 mod robot;
 mod safety;
 mod settings;
+mod standing;
 mod store;
 mod text;
 mod tool;
@@ -58,6 +59,7 @@ pub use settings::{
     CyclicBus, FieldbusMode, FittedTool, LifecycleTimes, NetworkSettings, PStop2Mode,
     PersistentSettings, RecoveryCaps, RobotSettings, SimulationType,
 };
+pub use standing::Standing;
 pub use store::StoreError;
 pub use text::{Controller, LogKind, LogLine, ProtocolSettings};
 pub use tool::{GripperState, Part};

@@ -70,12 +70,20 @@ pub(super) enum ProgramLine {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Programs {
     by_number: BTreeMap<u16, Vec<ProgramLine>>,
+    /// How often one was kept.
+    revision: u64,
 }
 
 impl Programs {
     /// Keeps a program in place of the one before.
     pub(super) fn keep(&mut self, number: u16, lines: Vec<ProgramLine>) {
         self.by_number.insert(number, lines);
+        self.revision = self.revision.wrapping_add(1);
+    }
+
+    /// A number that grows whenever a program is kept.
+    pub(super) const fn revision(&self) -> u64 {
+        self.revision
     }
 }
 

@@ -51,6 +51,8 @@ pub(super) struct Variables {
     names: BTreeMap<u16, String>,
     /// Names of what was created, set or deleted since somebody asked.
     changed: BTreeSet<String>,
+    /// How often one was created, set or deleted.
+    revision: u64,
 }
 
 /// Reads a value: a boolean, a number, a text or an array of such; no object, no null.
@@ -249,9 +251,15 @@ impl Variables {
 
     /// Names beyond as many as there may be variables are not kept: nobody asks.
     fn note_change(&mut self, name: &str) {
+        self.revision = self.revision.wrapping_add(1);
         if self.changed.len() < MOST_VARIABLES {
             self.changed.insert(name.into());
         }
+    }
+
+    /// A number that grows with every change.
+    pub(super) const fn revision(&self) -> u64 {
+        self.revision
     }
 
     /// The names of what has changed since the last call.
