@@ -198,7 +198,7 @@ fn what_a_robot_keeps_outlives_the_process() {
     control.ask("SetJointLimitsCfg(1)", "[2093]");
     control.ask("CreateVariable(width, 12.5, 10001)", "[");
     control.ask("StartSaving(1)", "[2060]");
-    control.ask("MoveJoints(*vars.width, 0, 0, 0, 0, 0)", "");
+    control.ask("MoveJoints(vars.width, 0, 0, 0, 0, 0)", "");
     control.ask("SetOfflineProgramLoop(1)", "");
     control.ask("StopSaving", "[2061][1 commands saved.]");
     // Another process keeps away meanwhile.
