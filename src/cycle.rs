@@ -84,6 +84,13 @@ pub trait CyclicSegment {
     fn nudge_ns(&self) -> i64 {
         0
     }
+
+    /// How many cycles that could not begin in their time the caller makes up for, at least half a period apart:
+    /// on a bus where each frame is sent at the caller's beat and the devices expect a fixed number of them. On
+    /// others, 0, what has passed is left out.
+    fn makes_up(&self) -> u32 {
+        0
+    }
 }
 
 /// The robot's end of a cyclic bus: what a virtual robot offers to any bus.

@@ -84,4 +84,10 @@ pub trait TextDevice {
     fn drops_control(&self) -> bool {
         false
     }
+
+    /// Keep-alive packets of TCP in a row that may be lost before a connection made from now on
+    /// counts as broken, 0 to 60. Source: PM L3693-3707.
+    fn keep_alive_packets(&self) -> u8 {
+        3
+    }
 }

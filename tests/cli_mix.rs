@@ -19,7 +19,6 @@ use std::time::Duration;
 use cli_support::{Scratch, fieldarm};
 use fieldarm::cycle::{CyclicLink, InputQuality};
 use fieldarm::link::ethercat::raw_socket::RawSocket;
-use fieldarm::link::ethercat::wire::Wire;
 use fieldarm::link::ethercat::{EthercatLink, SegmentSettings};
 use fieldarm::wire::meca500::image::{InputImage, OutputImage, RobotControlFlags};
 use fieldarm::wire::order::Little;

@@ -351,3 +351,86 @@ fn a_listener_hears_as_long_as_somebody_else_does() {
     assert_eq!((plc.quality(0), plc.quality(1)), (FRESH, FRESH));
     assert_eq!(plc.segment.network().inner().robots()[0].adapter().connections().count(), 2);
 }
+
+/// A network that can lose the frames of owners, and those only.
+struct Deaf {
+    network: Robots,
+    loses_outputs: bool,
+}
+
+impl Network for Deaf {
+    fn now(&self) -> Instant {
+        self.network.now()
+    }
+
+    fn advance_to(&mut self, now: Instant) {
+        self.network.advance_to(now);
+    }
+
+    fn receive(&mut self, room: &mut [u8], deadline: Instant) -> io::Result<Option<Arrival>> {
+        self.network.receive(room, deadline)
+    }
+
+    fn connect(&mut self, target: usize, address: SocketAddrV4) -> io::Result<()> {
+        self.network.connect(target, address)
+    }
+
+    fn send_stream(&mut self, target: usize, bytes: &[u8]) -> io::Result<()> {
+        self.network.send_stream(target, bytes)
+    }
+
+    fn disconnect(&mut self, target: usize) {
+        self.network.disconnect(target);
+    }
+
+    fn send_datagram(&mut self, to: SocketAddrV4, bytes: &[u8]) -> io::Result<()> {
+        let carries_outputs = IoFrame::read(bytes).is_ok_and(|frame| !frame.data.is_empty());
+        if self.loses_outputs && carries_outputs {
+            return Ok(());
+        }
+        self.network.send_datagram(to, bytes)
+    }
+
+    fn join_group(&mut self, group: Ipv4Addr) -> io::Result<()> {
+        self.network.join_group(group)
+    }
+
+    fn leave_group(&mut self, group: Ipv4Addr) {
+        self.network.leave_group(group);
+    }
+}
+
+#[test]
+fn an_owner_whose_outputs_get_lost_while_others_keep_its_group_is_opened_again() {
+    let owner =
+        ConnectionSettings { t2o_type: T2oType::Multicast, ..ConnectionSettings::meca500() };
+    let network = Deaf { network: robots(1, AdapterSettings::meca500()), loses_outputs: false };
+    let mut plc = Plc::start(network, 1, &[(0, owner), (0, owner.input_only())]);
+    plc.cycles(50);
+    let owns =
+        |plc: &Plc<Deaf>| plc.segment.network().network.robots()[0].adapter().owner().is_some();
+    assert!(owns(&plc));
+    plc.segment.network_mut().loses_outputs = true;
+    // The robot gives up after one watchdog, the scanner one later.
+    plc.cycles(3 * WATCHDOG_CYCLES);
+    let lost = core::iter::from_fn(|| plc.segment.poll_event()).any(|event| {
+        matches!(
+            event,
+            ScannerEvent::Failed { target: 0, trouble: Trouble::ControlLost { .. }, .. }
+        )
+    });
+    assert!(lost);
+    plc.segment.network_mut().loses_outputs = false;
+    plc.cycles(500);
+    plc.until_fresh(3);
+    assert!(owns(&plc), "it is the owner again");
+    let mut inputs = [0; INPUT_LEN];
+    assert_eq!(plc.segment.read_inputs(0, &mut inputs), FRESH);
+    let image = InputImage::<Little>::from_bytes(&inputs).expect("252 bytes");
+    assert!(!image.robot_status.flags.contains(RobotStatusFlags::MONITORING_MODE));
+    assert_eq!(
+        plc.segment.status(1).expect("it watches").counters.opened,
+        1,
+        "the other one stays"
+    );
+}

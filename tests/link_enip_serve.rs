@@ -348,6 +348,24 @@ fn who_never_reads_loses_the_connection_and_nobody_else_does() {
 }
 
 #[test]
+fn who_says_that_nothing_more_comes_gets_all_answers_first() {
+    let address = loopback::address();
+    let served = Served::at(&[address]);
+    served.until("on its bus", |server| server.robots().all(|robot| robot.is_on_bus()));
+    // ListServices is answered with 50 bytes; 200 of them come in many pieces.
+    let mut request = [0; 24];
+    request[0] = 0x04;
+    for count in [1, 200] {
+        let mut stream = connect(address);
+        stream.write_all(&request.repeat(count)).expect("written");
+        stream.shutdown(std::net::Shutdown::Write).expect("half closed");
+        let mut answers = Vec::new();
+        stream.read_to_end(&mut answers).expect("answers, then the end");
+        assert_eq!(answers.len(), 50 * count, "{count} requests");
+    }
+}
+
+#[test]
 fn an_address_that_cannot_be_had_is_named_with_what_to_do() {
     let address = loopback::address();
     let twice = bind(&[address, address]).err().expect("refused").to_string();

@@ -348,10 +348,10 @@ fn the_turn_of_joint_6_is_reported_and_bounded() {
 fn calibration_is_configured_while_deactivated() {
     let mut cell = Cell::ready();
     cell.sent(156, &[0.0]);
-    assert_eq!(cell.read(30)[..2], [1.0, 1.0]);
+    assert_eq!(cell.read(30)[..2], [1.0, 0.0]);
     cell.motion(MotionControlFlags::SET_POINT, false);
     cell.deactivate();
     cell.sent(156, &[0.0]);
-    assert_eq!(cell.read(30)[..2], [0.0, 1.0]);
+    assert_eq!(cell.read(30)[..2], [0.0, 0.0]);
     assert!(cell.has(MotionStatusFlags::EOM));
 }

@@ -1,6 +1,6 @@
 //! Times at which frames of one direction arrived, and the gaps between them.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Arrivals of one direction, in order.
 #[derive(Debug, Default)]
@@ -57,7 +57,12 @@ impl Gaps {
         (count > 0).then(|| us / count as f64)
     }
 
-    /// The gap in us below which so many of 1000 lie.
+    /// By how much the mean gap is off from `interval`, in percent of it.
+    pub(crate) fn off_percent(&self, interval: Duration) -> Option<f64> {
+        self.mean_us().map(|mean| (mean / (interval.as_secs_f64() * 1e6) - 1.0) * 100.0)
+    }
+
+    /// The gap in us below which so many of 1000 lie; of 1000, the longest.
     pub(crate) fn quantile_us(&self, per_mille: usize) -> Option<f64> {
         let at = (self.us.len() * per_mille / 1000).min(self.us.len().checked_sub(1)?);
         self.us.get(at).copied()

@@ -8,11 +8,15 @@ use std::thread;
 use std::time::Duration;
 
 use fieldarm::bus::enip::scanner::{ConnectionSettings, Originator};
-use fieldarm::cycle::CyclicSegment;
-use fieldarm::link::clock::MonotonicClock;
+use fieldarm::cycle::InputQuality;
 use fieldarm::link::enip::sockets::{SocketNetwork, SocketSettings};
 use fieldarm::link::enip::{EnipSegment, EnipSettings, TargetSettings};
+use fieldarm::run::pace::RealTime;
+use fieldarm::run::periodic::{Controller, Periodic};
+use fieldarm::time::Instant;
+use fieldarm::wire::WireError;
 use fieldarm::wire::enip::MESSAGE_PORT;
+use fieldarm::wire::meca500::image::{INPUT_LEN, OUTPUT_LEN};
 
 use crate::gaps::Arrivals;
 use crate::target::Meter;
@@ -21,7 +25,25 @@ use crate::{MULTIPLIER, Round, address, seed};
 /// Longest time to a running connection.
 const PATIENCE: Duration = Duration::from_secs(15);
 
-/// Our link with one robot, an exchange each API on an absolute grid.
+/// A PLC that wants nothing of its robot.
+struct Idle;
+
+impl Controller for Idle {
+    const OUTPUT_LEN: usize = OUTPUT_LEN;
+    const INPUT_LEN: usize = INPUT_LEN;
+
+    fn cycle(
+        &mut self,
+        _: Instant,
+        _: InputQuality,
+        _: &[u8],
+        _: &mut [u8],
+    ) -> Result<(), WireError> {
+        Ok(())
+    }
+}
+
+/// Our link with one robot, driven by the loop that `fieldarm run` uses.
 pub(crate) fn ours(round: Round) -> Result<Arrivals, String> {
     let (here, there) = (address(), address());
     let meter = Meter::bind(there, round).map_err(|error| error.to_string())?;
@@ -60,16 +82,14 @@ fn drive(
         cycle: round.interval,
         start_limit: PATIENCE,
     };
-    let mut segment = EnipSegment::start(network, settings)
+    let segment = EnipSegment::start(network, settings)
         .map_err(|failure| format!("no start: {}", failure.error))?;
-    let clock = MonotonicClock::new();
-    let mut due = clock.now();
+    let cycle = segment.cycle();
+    let mut cycles = Periodic::over_segment::<Idle>(segment, RealTime::default(), cycle);
+    let mut plc = Idle;
     while !is_over.load(Ordering::Relaxed) {
-        segment.exchange(clock.now()).map_err(|error| error.to_string())?;
-        due += segment.cycle();
-        clock.sleep_until(due);
+        cycles.turn([Some(&mut plc)]).map_err(|error| error.to_string())?;
     }
-    drop(segment.abandon());
     Ok(())
 }
 

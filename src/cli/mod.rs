@@ -26,7 +26,6 @@ mod sim;
 mod source;
 mod summary;
 mod table;
-#[cfg(target_os = "linux")]
 mod text;
 mod virtual_robot;
 mod watch;
@@ -54,6 +53,7 @@ enum Command {
     Sim(sim::SimArgs),
     #[cfg(target_os = "linux")]
     Probe(probe::ProbeArgs),
+    Text(text::prompt::TextArgs),
     Table(table::TableArgs),
     Decode(decode::DecodeArgs),
 }
@@ -67,6 +67,7 @@ pub fn main() -> ExitCode {
         Command::Sim(args) => sim::run(&args),
         #[cfg(target_os = "linux")]
         Command::Probe(args) => probe::run(&args),
+        Command::Text(args) => text::prompt::run(&args),
         Command::Table(args) => table::run(&args).map(|()| Exit::Done),
         Command::Decode(args) => decode::run(&args).map(|()| Exit::Done),
     };

@@ -374,4 +374,16 @@ impl CyclicSegment for Segment {
             Bus::Ethercat(segment, _) => segment.nudge_ns(),
         }
     }
+
+    fn makes_up(&self) -> u32 {
+        match &self.bus {
+            Bus::Closed => 0,
+            Bus::Direct(segment) => segment.makes_up(),
+            Bus::EnipSim(enip) => enip.segment.makes_up(),
+            Bus::Enip(enip) => enip.segment.makes_up(),
+            Bus::EthercatSim(segment) => segment.makes_up(),
+            #[cfg(target_os = "linux")]
+            Bus::Ethercat(segment, _) => segment.makes_up(),
+        }
+    }
 }

@@ -43,6 +43,16 @@ impl MonotonicClock {
     }
 }
 
+/// Asks the system to wake the calling thread as exactly as it can, whatever it waits for.
+///
+/// Linux lets a thread sleep up to 50 us longer than it asked for, by chance, to wake several at once. For who
+/// sends at deadlines that is jitter. Elsewhere, and where the system refuses, nothing changes; in a thread with
+/// real-time priority there is no such slack anyway.
+pub fn wake_exactly() {
+    #[cfg(all(target_os = "linux", any(feature = "enip", feature = "ethercat", feature = "text")))]
+    let _ = rustix::thread::set_current_timer_slack(core::num::NonZeroU64::new(1));
+}
+
 impl Default for MonotonicClock {
     fn default() -> Self {
         Self::new()
@@ -67,5 +77,15 @@ mod tests {
         let clock = MonotonicClock::new();
         let before = clock.now();
         assert!(clock.sleep_until(Instant::ZERO) >= before);
+    }
+
+    #[cfg(all(target_os = "linux", feature = "enip"))]
+    #[test]
+    fn a_thread_can_give_up_its_slack() {
+        let slack = thread::spawn(|| {
+            wake_exactly();
+            rustix::thread::current_timer_slack()
+        });
+        assert_eq!(slack.join().unwrap().unwrap(), 1);
     }
 }

@@ -15,6 +15,19 @@ use crate::time::Duration;
 /// Longest wait at once; callers come back.
 const LONGEST: Timespec = Timespec { tv_sec: 1, tv_nsec: 0 };
 
+/// What is waited for at a socket.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Interest {
+    /// Something to read.
+    Read,
+    /// Room to write.
+    Write,
+    /// Either.
+    ReadAndWrite,
+    /// Nothing for now.
+    Nothing,
+}
+
 /// Sockets to wait for, each with the number of the server that it belongs to.
 #[derive(Debug, Default)]
 pub struct WatchList<'a> {
@@ -29,9 +42,14 @@ impl<'a> WatchList<'a> {
         Self { sockets: Vec::new(), servers: Vec::new() }
     }
 
-    /// Waits for something to read at `socket`, or for its end; with `to_write` for room to write too.
-    pub fn add(&mut self, server: usize, socket: BorrowedFd<'a>, to_write: bool) {
-        let flags = if to_write { PollFlags::IN | PollFlags::OUT } else { PollFlags::IN };
+    /// Waits for what is of `interest` at `socket`, or for its end.
+    pub fn add(&mut self, server: usize, socket: BorrowedFd<'a>, interest: Interest) {
+        let flags = match interest {
+            Interest::Read => PollFlags::IN,
+            Interest::Write => PollFlags::OUT,
+            Interest::ReadAndWrite => PollFlags::IN | PollFlags::OUT,
+            Interest::Nothing => PollFlags::empty(),
+        };
         self.sockets.push(PollFd::from_borrowed_fd(socket, flags));
         self.servers.push(server);
     }
@@ -82,8 +100,8 @@ mod tests {
         let [quiet, busy] = [0, 1].map(|_| UdpSocket::bind("127.0.0.1:0").unwrap());
         let wait = |limit| {
             let mut list = WatchList::new();
-            list.add(3, quiet.as_fd(), false);
-            list.add(5, busy.as_fd(), false);
+            list.add(3, quiet.as_fd(), Interest::Read);
+            list.add(5, busy.as_fd(), Interest::Read);
             list.wait(limit).unwrap()
         };
         assert_eq!(wait(Duration::from_micros(200)), Ready::default());
@@ -91,7 +109,7 @@ mod tests {
         let ready = wait(Duration::from_secs(60));
         assert!(ready.contains(5) && !ready.contains(3));
         let mut list = WatchList::new();
-        list.add(3, quiet.as_fd(), true);
+        list.add(3, quiet.as_fd(), Interest::Write);
         assert!(list.wait(Duration::from_secs(60)).unwrap().contains(3), "there is room to write");
     }
 }

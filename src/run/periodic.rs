@@ -187,8 +187,8 @@ impl<S: CyclicSegment, P: Pace> Periodic<S, P> {
 
     /// Waits for the next deadline; the first one is now.
     fn begin(&mut self) -> Beginning {
-        let (pace, period) = (&mut self.pace, self.period);
-        self.grid.get_or_insert_with(|| Grid::new(pace.start(), period)).next(pace)
+        let (pace, period, makes_up) = (&mut self.pace, self.period, self.segment.makes_up());
+        self.grid.get_or_insert_with(|| Grid::new(pace.start(), period)).next(pace, makes_up)
     }
 
     /// One bus cycle with the outputs as they are.

@@ -68,19 +68,54 @@ fn without_delays_each_gap_is_the_api() {
     }
 }
 
-#[test]
-fn missed_deadlines_are_skipped_and_the_grid_is_kept() {
+/// When frames leave, in ms behind the first, of a robot that nobody serves until `served_ms`, and then whenever it
+/// wants to be. Each must carry the inputs of its moment and the next number.
+fn after_a_stall(served_ms: u64, end_ms: u64) -> (Robot, Vec<u64>) {
     let mut robot = Robot::new();
     let session = robot.session(peer(1));
-    robot.open(session, &owner("07 00"));
+    robot.open(session, &open_request(&[(Multiplier, "07 00 00 00")]));
     let start = robot.now;
-    robot.frames.clear();
-    robot.now = start + ms(57);
-    robot.flush();
-    assert_eq!(robot.frames.len(), 1, "one frame, no burst");
-    robot.advance(ms(13));
-    let times: Vec<_> = robot.frames.iter().map(|frame| frame.at - start).collect();
-    assert_eq!(times, [ms(57), ms(60), ms(70)]);
+    let end = start + ms(end_ms);
+    robot.now = start + ms(served_ms);
+    while robot.now <= end {
+        let mark = robot.frames.len() as u8;
+        robot.adapter.set_inputs(&[mark; 252], &[0xFF; 252]);
+        robot.adapter.handle_timeout(robot.now);
+        robot.flush();
+        robot.now = robot.now.max(robot.adapter.poll_timeout().unwrap());
+    }
+    for (number, frame) in robot.frames.iter().enumerate() {
+        assert_eq!((frame.sequence(), frame.count()), (number as u32 + 1, number as u16 + 1));
+        assert_eq!(frame.image(), [number as u8; 252]);
+    }
+    let times = robot.frames.iter().map(|frame| ((frame.at - start).as_micros() / 1_000) as u64);
+    let times = times.collect();
+    (robot, times)
+}
+
+#[test]
+fn what_a_stall_delayed_is_made_up_for_half_an_interval_apart() {
+    let cases: [(u64, &[u64]); 5] = [
+        (14, &[0, 14, 20, 30]),
+        (16, &[0, 16, 21, 30]),
+        (22, &[0, 22, 27, 32, 40]),
+        (35, &[0, 35, 40, 45, 50, 55, 60, 70]),
+        (57, &[0, 57, 62, 67, 72, 77, 82, 87, 92, 97, 102, 110]),
+    ];
+    for (served, expected) in cases {
+        let (robot, times) = after_a_stall(served, *expected.last().unwrap());
+        assert_eq!(times, expected, "served at {served} ms");
+        assert_eq!(robot.adapter.frames_given_up(), 0);
+    }
+}
+
+#[test]
+fn a_longer_stall_is_given_up_and_counted_and_the_grid_is_kept() {
+    let (robot, times) = after_a_stall(173, 1_000);
+    assert_eq!((times.len(), robot.adapter.frames_given_up()), (101, 0));
+    let (robot, times) = after_a_stall(187, 1_000);
+    assert_eq!((times.len(), robot.adapter.frames_given_up()), (101 - 17, 17));
+    assert_eq!(times[..4], [0, 187, 192, 200]);
 }
 
 #[test]

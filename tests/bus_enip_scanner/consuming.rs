@@ -188,7 +188,10 @@ fn frames_of_another_size_are_named_when_the_watchdog_expires() {
         panic!("{events:?}")
     };
     assert_eq!(*trouble, Trouble::FrameSize { expected: 252, found: 250 });
-    assert!(trouble.to_string().contains("250 bytes instead of 252"));
+    let text = trouble.to_string();
+    assert!(text.contains("250 bytes of inputs, and 252 were agreed on"), "{text}");
+    // What a user cannot set is no remedy.
+    assert!(!text.contains("t2o_len"), "{text}");
 }
 
 #[test]

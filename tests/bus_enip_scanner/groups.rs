@@ -2,7 +2,7 @@
 
 use std::net::Ipv4Addr;
 
-use fieldarm::bus::enip::scanner::{ConnectionSettings, ScannerEvent, T2oType};
+use fieldarm::bus::enip::scanner::{ConnectionSettings, ScannerEvent, T2oType, Trouble};
 use fieldarm::cycle::InputQuality;
 use fieldarm::time::Duration;
 
@@ -121,4 +121,68 @@ fn a_unicast_connection_joins_nothing() {
     assert!(bench.status().is_open);
     let deeds = bench.pass(Duration::from_secs(1)).into_iter().map(|(_, deed)| deed).collect();
     assert_eq!(membership(deeds), []);
+}
+
+/// A frame of the group, whose MonitoringMode says whether the connection only watches.
+fn told(sequence: u32, monitors: bool) -> Vec<u8> {
+    let mut image = [0; 252];
+    // Bit 9 of the image.
+    image[1] = u8::from(monitors) << 1;
+    frame(ID, sequence, sequence as u16, &image)
+}
+
+/// Brings up one target, and lets frames come each 10 ms that say whether it controls: whether it is open then,
+/// how many Forward Closes it sent, and what it said.
+fn after_frames(
+    settings: ConnectionSettings,
+    monitors: &[bool],
+) -> (bool, usize, Vec<ScannerEvent>) {
+    let mut bench = Bench::new(&[settings]);
+    open_all(&mut bench, &[(ID, GROUP)]);
+    let mut closes = 0;
+    for (sequence, monitors) in (1..).zip(monitors) {
+        bench.receive(&told(sequence, *monitors));
+        closes += Bench::requests(&bench.pass(ms(10)), 0x4E).len();
+    }
+    (bench.status().is_open, closes, bench.events())
+}
+
+fn lost(events: &[ScannerEvent]) -> bool {
+    events.iter().any(|event| {
+        matches!(
+            event,
+            ScannerEvent::Failed { trouble: Trouble::ControlLost { after }, retry_in: Some(_), .. }
+                if *after == ms(160)
+        )
+    })
+}
+
+#[test]
+fn an_owner_that_lost_control_while_its_group_goes_on_is_opened_again() {
+    let mut told = vec![false; 5];
+    told.extend([true; 16]);
+    let (is_open, closes, events) = after_frames(multicast(), &told[..20]);
+    assert!(is_open && closes == 0 && !lost(&events), "not a whole timeout yet: {events:?}");
+    let (is_open, closes, events) = after_frames(multicast(), &told);
+    assert!(!is_open && closes == 1 && lost(&events), "{closes} Forward Closes, {events:?}");
+}
+
+#[test]
+fn control_is_lost_only_by_an_owner_that_had_it_and_does_not_get_it_back() {
+    let mut back = vec![false; 2];
+    (0..5).for_each(|_| back.extend([[true; 14].as_slice(), &[false]].concat()));
+    let never = vec![true; 100];
+    let mut gone = vec![false; 2];
+    gone.extend([true; 100]);
+    let without = ConnectionSettings { monitoring_bit: None, ..multicast() };
+    for (settings, told) in [
+        (multicast(), &back),
+        (multicast(), &never),
+        (without, &gone),
+        (multicast().input_only(), &gone),
+        (ConnectionSettings { t2o_type: T2oType::Unicast, ..multicast() }, &gone),
+    ] {
+        let (is_open, closes, events) = after_frames(settings, told);
+        assert!(is_open && closes == 0 && !lost(&events), "{settings:?}: {events:?}");
+    }
 }

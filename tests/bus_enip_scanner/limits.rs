@@ -1,6 +1,6 @@
 //! Time limits of each step, and answers that are none.
 
-use fieldarm::bus::enip::scanner::{ScannerEvent, Step, Trouble};
+use fieldarm::bus::enip::scanner::{ConnectionSettings, ScannerEvent, Step, T2oType, Trouble};
 use fieldarm::time::Duration;
 
 use crate::bench::{Bench, Deed, O2T_ID, SESSION, context, ms, packet, t2o_id, unconnected};
@@ -134,6 +134,81 @@ fn a_packet_without_end_ends_the_stream() {
     // What follows on the dead stream is nobody's.
     bench.stream(0, &[0; 1000]);
     assert_eq!(bench.events(), []);
+}
+
+#[test]
+fn a_careless_end_of_an_acceptance_is_passed_over() {
+    let socket = crate::bench::socket([0; 4], 3_333);
+    let mut other_order = socket;
+    other_order.swap(0, 1);
+    let item = |kind: u16, data: &[u8]| {
+        [&kind.to_le_bytes()[..], &(data.len() as u16).to_le_bytes(), data].concat()
+    };
+    // What stands behind the message, how many items that is said to be, and where frames go then.
+    for (behind, items, port) in [
+        (vec![], 2, 2_222),
+        (vec![0; 5], 2, 2_222),
+        (item(0x8000, &socket), 3, 3_333),
+        (item(0x8000, &other_order), 3, 3_333),
+        (item(0x8000, &socket[..8]), 3, 3_333),
+        (item(0x8000, &socket[..7]), 3, 2_222),
+        (item(0x8000, &[7; 16]), 3, 2_222),
+        (item(0x8001, &[]), 3, 2_222),
+        (item(0x8000, &socket)[..10].to_vec(), 3, 2_222),
+        (vec![], 9, 2_222),
+    ] {
+        for application in [vec![0, 0], vec![], vec![0], vec![1, 0], vec![0, 0, 1, 2, 3]] {
+            let mut bench = Bench::meca500();
+            let open = bench.up_to_open(0);
+            let mut message = Bench::acceptance(&open, t2o_id(&open), 10_000, 10_000);
+            message.truncate(message.len() - 2);
+            message.extend(&application);
+            let mut data = unconnected(&message, &[]);
+            data[6] = items;
+            data.extend(&behind);
+            bench.stream(0, &packet(0x6F, SESSION, 0, context(&open), &data));
+            assert!(
+                bench.status().is_open,
+                "{behind:02X?} {application:02X?}: {:?}",
+                bench.events()
+            );
+            let to = bench.deeds().into_iter().find_map(|deed| match deed {
+                Deed::Datagram(to, _) => Some(to),
+                _ => None,
+            });
+            assert_eq!(to.map(|to| to.port()), Some(port), "{behind:02X?}");
+        }
+    }
+}
+
+#[test]
+fn an_acceptance_whose_group_cannot_be_read_is_named_and_not_asked_for_again() {
+    let multicast =
+        ConnectionSettings { t2o_type: T2oType::Multicast, ..ConnectionSettings::meca500() };
+    for (item, said) in [
+        (None, "cut off in its T->O socket address item (the group)"),
+        (Some((0x8001, [7; 16])), "socket address item: family is 1799, but must be 2"),
+    ] {
+        let mut bench = Bench::new(&[multicast]);
+        let open = bench.up_to_open(0);
+        let message = Bench::acceptance(&open, t2o_id(&open), 10_000, 10_000);
+        bench.answer_with(0, &open, &message, item.as_slice());
+        let events = bench.events();
+        let [ScannerEvent::Failed { trouble, retry_in: None, .. }] = events[..] else {
+            panic!("{events:?}")
+        };
+        let text = trouble.to_string();
+        assert!(text.contains("Forward Open") && text.contains(said), "{text}");
+        // It may be open on the other side, so it is closed; nothing more is asked for.
+        assert_eq!(bench.deeds(), [Deed::Disconnect(0)]);
+        let deeds = bench.pass(ms(200));
+        assert!(matches!(deeds[..], [(_, Deed::Connect(0))]), "{deeds:?}");
+        bench.reconnect(0);
+        let close = bench.sent();
+        assert_eq!(close[40], 0x4E, "Forward Close");
+        bench.confirm_close(0, &close);
+        assert_eq!(Bench::requests(&bench.pass(Duration::from_secs(10)), 0x54).len(), 0);
+    }
 }
 
 #[test]

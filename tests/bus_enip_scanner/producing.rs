@@ -65,21 +65,66 @@ fn a_late_frame_does_not_move_the_next_one() {
     assert_eq!(bench.status().counters.overruns, 0);
 }
 
-#[test]
-fn missed_deadlines_are_counted_and_not_made_up_for() {
+/// When frames leave, in ms behind the first, of a target that nobody serves from 10 ms on until `served_ms`, and
+/// then whenever it wants to be served, until `end_ms`. Each must carry the outputs of its moment and the next
+/// numbers.
+fn after_a_stall(served_ms: u64, end_ms: u64) -> (Bench, Vec<u64>) {
     let mut bench = Bench::meca500();
+    let start = bench.now;
+    let id = bench.open(0);
+    let mut times = Vec::new();
+    for _ in 0..10_000 {
+        let mark = times.len() as u8 + 1;
+        bench.scanner.write_outputs(0, &[mark; 60]);
+        bench.receive(&frame(id, u32::from(mark), mark.into(), &[0; 252]));
+        for sent in bench.frames() {
+            assert_eq!(sequence(&sent), (times.len() as u32 + 1, times.len() as u16 + 1));
+            assert_eq!(sent[24..], [mark; 60]);
+            times.push(((bench.now - start).as_micros() / 1_000) as u64);
+        }
+        let due = bench.scanner.poll_timeout().expect("frames are due");
+        bench.now = due.max(if times.len() == 1 { start + ms(served_ms) } else { start });
+        if bench.now > start + ms(end_ms) {
+            return (bench, times);
+        }
+        bench.scanner.handle_timeout(bench.now);
+    }
+    panic!("time does not pass");
+}
+
+#[test]
+fn what_a_stall_delayed_is_made_up_for_half_an_interval_apart() {
+    let cases: [(u64, &[u64]); 5] = [
+        (14, &[0, 14, 20, 30]),
+        (16, &[0, 16, 21, 30]),
+        (22, &[0, 22, 27, 32, 40]),
+        (35, &[0, 35, 40, 45, 50, 55, 60, 70]),
+        (60, &[0, 60, 65, 70, 75, 80, 85, 90, 95, 100, 105, 110, 120]),
+    ];
+    for (served, expected) in cases {
+        let (bench, times) = after_a_stall(served, *expected.last().expect("some"));
+        assert_eq!(times, expected, "served at {served} ms");
+        assert_eq!(bench.status().counters.overruns, 0);
+    }
+}
+
+#[test]
+fn what_a_longer_stall_delayed_is_given_up_and_counted() {
+    // Of a whole second, less what passed without a frame.
+    let (bench, times) = after_a_stall(153, 1_000);
+    assert_eq!((times.len(), bench.status().counters.overruns), (101, 0));
+    let mut bench = Bench::new(&[ConnectionSettings {
+        multiplier: fieldarm::wire::enip::parameters::TimeoutMultiplier::from_factor(64).unwrap(),
+        ..ConnectionSettings::meca500()
+    }]);
+    let start = bench.now;
     bench.open(0);
-    let first = sequence(&bench.frames()[0]);
-    // Deadlines at 10, 20 and 30 ms pass before 35; one frame serves the last.
-    bench.now += ms(35);
-    let frames = bench.frames();
-    assert_eq!(frames.len(), 1);
-    assert_eq!(sequence(&frames[0]).0, first.0 + 1);
-    assert_eq!(bench.status().counters.overruns, 2);
-    bench.now += ms(4);
-    assert_eq!(bench.frames().len(), 0);
-    bench.now += ms(1);
     assert_eq!(bench.frames().len(), 1);
+    bench.now = start + ms(187);
+    assert_eq!(bench.frames().len(), 1);
+    assert_eq!(bench.status().counters.overruns, 17);
+    let times: Vec<_> = bench.pass(ms(30)).into_iter().map(|(at, _)| at - start).collect();
+    assert_eq!(times, [ms(192), ms(200), ms(210)], "the grid is kept");
 }
 
 #[test]
@@ -183,4 +228,40 @@ fn a_late_frame_is_not_followed_at_once_by_an_early_one() {
     assert_eq!(bench.frames().len(), 0);
     bench.now += ms(4);
     assert_eq!(bench.frames().len(), 1);
+}
+
+#[test]
+fn a_cycle_that_comes_late_and_the_next_one_in_time_send_a_frame_each() {
+    let mut bench = Bench::meca500();
+    bench.scanner.set_early(ms(5));
+    bench.open(0);
+    assert_eq!(bench.frames().len(), 1);
+    let start = bench.now;
+    for cycle in 1..100_u32 {
+        let late = [7, 0, 4, 6][cycle as usize % 4];
+        bench.now = start + ms(10) * cycle + ms(late);
+        bench.scanner.begin_cycle();
+        assert_eq!(bench.frames().len(), 1, "cycle {cycle}, late by {late} ms");
+    }
+    assert_eq!(bench.status().counters.overruns, 0);
+}
+
+#[test]
+fn a_caller_that_comes_too_often_gets_no_burst() {
+    let mut bench = Bench::meca500();
+    bench.scanner.set_early(ms(5));
+    bench.open(0);
+    assert_eq!(bench.frames().len(), 1);
+    bench.now += ms(10);
+    bench.scanner.begin_cycle();
+    assert_eq!(bench.frames().len(), 1);
+    // Four frames are owed when somebody asks for some each 0.1 ms.
+    bench.now += ms(40);
+    let mut times = Vec::new();
+    for step in 0..200 {
+        bench.scanner.begin_cycle();
+        times.extend(bench.frames().iter().map(|_| step));
+        bench.now += Duration::from_micros(100);
+    }
+    assert_eq!(times, [0, 25, 50, 75, 100, 150]);
 }

@@ -36,6 +36,7 @@ fn settings(index: usize) -> ConnectionSettings {
         t2o_rpi: Duration::from_millis(10),
         multiplier: TimeoutMultiplier::from_factor(16).expect("16 is one"),
         t2o_type: T2oType::Unicast,
+        monitoring_bit: Some(9),
         priority: Priority::Scheduled,
         io_port: 2_222,
         step_limit: Duration::from_secs(2),

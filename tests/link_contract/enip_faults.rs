@@ -20,7 +20,7 @@ use crate::quick_robot::quick_robot;
 /// Faults in one life of a link.
 const FAULTS: u32 = 100;
 /// Lives, each with its own seed.
-const LIVES: u64 = if cfg!(debug_assertions) { 3 } else { 100 };
+const LIVES: u64 = if cfg!(debug_assertions) { 3 } else { 25 };
 /// Most cycles from the end of a fault to a robot that is up and streams: the scanner may be about to
 /// wait five seconds before it tries again.
 const BACK_WITHIN: u64 = 12_000;

@@ -25,7 +25,7 @@ use crate::watched::WatchedRobot;
 /// Faults in one life of a link.
 const FAULTS: u32 = 100;
 /// Lives, each with its own seed.
-const LIVES: u64 = if cfg!(debug_assertions) { 3 } else { 100 };
+const LIVES: u64 = if cfg!(debug_assertions) { 3 } else { 25 };
 /// Most cycles from the end of a fault to a robot that is up and streams.
 const BACK_WITHIN: u64 = 4_000;
 /// Longest time a cable stays out, in cycles.

@@ -24,7 +24,7 @@ const ROBOTS: usize = 4;
 /// Faults of the wire in one life.
 const FAULTS: u32 = if cfg!(debug_assertions) { 20 } else { 100 };
 /// Lives, each with its own seed.
-const LIVES: u64 = if cfg!(debug_assertions) { 1 } else { 20 };
+const LIVES: u64 = if cfg!(debug_assertions) { 1 } else { 5 };
 /// Most cycles until all four are up again: a robot may have to be started four times in a row.
 const BACK_WITHIN: u64 = 20_000;
 /// Commands that wait in each engine while it streams.

@@ -76,7 +76,7 @@ fn thousands_of_connections_change_nothing() {
     // Everybody who left is forgotten: a place is free again.
     let mut monitor = served.monitor();
     assert!((0..200).any(|_| {
-        let is_in = monitor.try_next().is_some();
+        let is_in = monitor.try_next().is_some_and(|first| first.starts_with("[2007]"));
         if !is_in {
             std::thread::sleep(Wait::from_millis(5));
             monitor = served.monitor();
@@ -191,6 +191,75 @@ fn many_commands_with_three_busy_monitors_lose_nothing() {
         listener.join().unwrap();
     }
     assert_eq!(served.counts().session.overfull, 0);
+}
+
+#[test]
+fn answers_that_fill_the_outbox_many_times_over_are_all_sent_to_who_reads() {
+    const REQUESTS: usize = 200;
+    let served = Served::start(ScriptedDevice::default());
+    let mut line = served.control();
+    // All at once, so that the server reads them in few pieces; each answer fills half an outbox.
+    let requests = "Wide(30000)\0".repeat(REQUESTS) + "Say(last)\0";
+    let mut writer = line.stream.try_clone().unwrap();
+    let sender = std::thread::spawn(move || writer.write_all(requests.as_bytes()).unwrap());
+    for _ in 0..REQUESTS {
+        assert_eq!(line.next().len(), 30_008);
+    }
+    assert_eq!(line.next(), "[2000][last]");
+    sender.join().unwrap();
+    assert_eq!(served.counts().session.overfull, 0);
+}
+
+#[test]
+fn a_server_that_was_stopped_for_a_while_catches_up() {
+    let interval = Some(Duration::from_millis(2));
+    let served = Served::start(ScriptedDevice { interval, ..ScriptedDevice::default() });
+    let mut monitor = served.monitor();
+    monitor.next();
+    monitor.next();
+    // What a robot has to say after it was not served for long: more than an outbox holds, at once.
+    served.with(|server| {
+        let news = |number| format!("[2095][{number}{}]", "x".repeat(400));
+        server.device_mut().monitoring.extend((0..2_000).map(news));
+    });
+    let mut next = 0;
+    while next < 2_000 {
+        let message = monitor.next();
+        if message.starts_with("[2095]") {
+            assert!(message.starts_with(&format!("[2095][{next}x")), "{message}");
+            next += 1;
+        }
+    }
+    assert_eq!(served.counts().session.overfull, 0);
+}
+
+#[test]
+fn nothing_but_terminators_is_nothing() {
+    let served = Served::start(ScriptedDevice::default());
+    let mut line = served.control();
+    for terminator in [b"\0".as_slice(), b"\n", b"\r\n"] {
+        line.send(&terminator.repeat(1 << 20));
+        still_works(&mut line);
+    }
+    assert_eq!(served.counts().session.rejected, 0);
+    assert_eq!(served.commands().len(), 3);
+}
+
+#[test]
+fn one_byte_at_a_time_is_a_command_in_the_end() {
+    let served = Served::start(ScriptedDevice::default());
+    let mut line = served.control();
+    // On the monitoring port nobody listens to what is said, however slowly.
+    let mut others: Vec<Line> = (0..4).map(|_| served.monitor()).collect();
+    for byte in b"Say(slowly)\n" {
+        line.send(&[*byte]);
+        others.iter_mut().for_each(|other| other.send(&[*byte]));
+        // Whoever knocks meanwhile is told, and is not kept waiting.
+        let mut knocking = Line::connect(served.endpoints.control);
+        assert!(knocking.next().starts_with("[3001]"));
+    }
+    assert_eq!(line.next(), "[2000][slowly]");
+    assert_eq!(served.commands(), ["Say(slowly)"]);
 }
 
 #[test]

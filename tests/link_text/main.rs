@@ -4,6 +4,11 @@
 mod text_support;
 
 mod client;
+#[cfg(feature = "sim")]
+mod commands;
 mod hostile;
+mod odd_answers;
 mod ports;
+#[cfg(feature = "sim")]
+mod robot;
 mod served;

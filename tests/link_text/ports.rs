@@ -74,6 +74,7 @@ fn monitors_hear_the_state_and_then_everything() {
         assert!(monitor.next().starts_with("[2230]["));
     }
     let mut one_more = served.monitor();
+    assert!(one_more.next().starts_with("[3001][Too many monitoring connections"));
     assert_eq!(one_more.try_next(), None);
     let mut control = served.control();
     control.send(b"Shout(news)\0");

@@ -4,9 +4,11 @@
 mod desk;
 mod exclusivity;
 mod faces;
+mod log;
 mod monitoring;
 mod programs;
 mod requests;
 mod sequences;
+mod settings;
 mod table;
 mod variables;

@@ -127,7 +127,7 @@ fn the_robot_says_what_it_is() {
     assert_eq!(desk.ask("GetFwVersionFull"), "[2082][11.3.84.0-official]");
     assert_eq!(desk.ask("GetRobotSerial"), "[2083][87654321]");
     assert_eq!(desk.ask("GetProductType"), "[2084][Meca500]");
-    assert_eq!(desk.ask("GetRobotCalibrated"), "[2122][1]");
+    assert_eq!(desk.ask("GetRobotCalibrated"), "[2122][0]");
     assert_eq!(desk.ask("GetModelJointLimits(3)"), "[2113][3,-135,70]");
     assert_eq!(desk.ask("GetCmdPendingCount"), "[2080][0]");
     assert_eq!(desk.ask("GetExtToolFwVersion"), "[2086][v0.0.0]");

@@ -347,6 +347,7 @@ fn a_reboot_is_told_to_who_connects_afterwards() {
     desk.wait_ms(6000);
     assert!(desk.robot.is_on_text());
     assert_eq!(desk.robot.protocol_settings().keep_alive_packets, 9);
+    assert_eq!(desk.robot.keep_alive_packets(), 9);
     assert!(desk.robot.open_control(desk.now));
     assert_eq!(codes(&desk.heard()), [3000, 3083]);
     assert_eq!(codes(&desk.say("ActivateRobot")), [1013]);

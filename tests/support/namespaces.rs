@@ -12,7 +12,7 @@ use std::io::{BufRead, BufReader, Read};
 use std::os::fd::AsFd;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
+use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -25,8 +25,6 @@ pub const TO_MAIN: &str = "to-main";
 /// The interface between the two halves of a cable, towards the robots.
 pub const TO_ROBOTS: &str = "to-robots";
 
-/// Tests that keep to real time take turns: two cores are few.
-static TURN: Mutex<()> = Mutex::new(());
 static CABLES: AtomicU32 = AtomicU32::new(0);
 
 /// One end of the cable.
@@ -46,7 +44,6 @@ pub struct Cable {
     robots: String,
     /// Where a cable in two halves has a third one.
     between: String,
-    _turn: MutexGuard<'static, ()>,
 }
 
 impl Cable {
@@ -74,11 +71,10 @@ impl Cable {
         if Command::new("ip").arg("-V").output().is_err() {
             return skip("needs the command `ip` (package iproute2)");
         }
-        let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
         let number = CABLES.fetch_add(1, Ordering::Relaxed);
         let name = |end: &str| format!("fieldarm-{}-{number}-{end}", std::process::id());
         let (main, robots, between) = (name("main"), name("robots"), name("between"));
-        let cable = Self { main, robots, between, _turn: turn };
+        let cable = Self { main, robots, between };
         for namespace in cable.namespaces() {
             let added = Command::new("ip").args(["netns", "add", namespace]).output();
             let added = added.expect("ip starts");
@@ -217,6 +213,11 @@ impl Running {
         let mut readers = vec![listen(child.stdout.take().expect("piped"), &said)];
         readers.push(listen(child.stderr.take().expect("piped"), &said));
         Self { child, said, readers }
+    }
+
+    /// Its process id.
+    pub fn id(&self) -> u32 {
+        self.child.id()
     }
 
     /// What it said so far, on standard output and standard error.

@@ -4,10 +4,14 @@
 //! time it is, and are asked what to send: `handle_*` first, then `poll_transmit` until it has nothing more,
 //! then `poll_event`; `poll_timeout` says when to come back at the latest.
 //!
-//! Invariants: no allocation, no panic, whatever arrives; the two roles share only the wire.
+//! Invariants: no allocation, no panic, whatever arrives; the two roles share only the wire,
+//! and how deadlines follow each other.
 
 pub mod adapter;
+mod deadlines;
 pub mod scanner;
+
+pub(crate) use deadlines::MOST_OWED;
 
 /// What a connection may do with the robot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

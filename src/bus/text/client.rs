@@ -292,6 +292,22 @@ impl<const PENDING: usize, const OUT: usize> ClientSession<PENDING, OUT> {
         self.pending = [None; PENDING];
     }
 
+    /// How the connection is kept now.
+    #[must_use]
+    pub const fn settings(&self) -> ClientSettings {
+        self.settings
+    }
+
+    /// Feeds the connection watchdog now and with this period from now on, or not any more; the robot's own
+    /// is not cancelled by that.
+    pub fn set_watchdog(&mut self, now: Instant, period: Option<Duration>) {
+        self.settings.watchdog = period;
+        self.fed_at = now;
+        if self.phase == Phase::Ready {
+            Self::feed(&mut self.outbox, period);
+        }
+    }
+
     /// Where the connection stands.
     #[must_use]
     pub const fn phase(&self) -> Phase {

@@ -20,9 +20,10 @@ mod outbox;
 pub mod server;
 mod state;
 
+pub use crate::wire::meca500::text::value::{GripperState, RobotStatus};
 pub use lines::{Line, LineSplitter};
 pub use outbox::Outbox;
-pub use state::{GripperState, RobotState, RobotStatus};
+pub use state::RobotState;
 
 /// TCP port of the control connection. Source: PM L414.
 pub const CONTROL_PORT: u16 = 10_000;

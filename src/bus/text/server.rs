@@ -7,6 +7,10 @@
 //! A peer that does not read: messages are kept up to the size of the outbox, then its connection ends
 //! ([`CloseReason::Overfull`]). A message is never torn nor left out silently, and nobody else waits.
 //! Source: choice; the manual says that connections may be dropped under load (PM L465).
+//!
+//! A peer that reads must not be taken for one: whenever an outbox has become half full, the session
+//! stops taking messages from the robot and says so, so that the link sends first. Whose outbox is
+//! still half full when it is called again holds nobody up.
 
 use core::fmt;
 
@@ -19,8 +23,17 @@ use crate::time::Instant;
 pub const ANOTHER_USER: &[u8] =
     concat!("[3001]", "[Another user is already connected, closing connection.]\0").as_bytes();
 
+/// What a monitoring connection is told for which there is no place, before it is closed: the code of a
+/// refused connection with words of its own.
+///
+/// Source: choice. The manual has no limit and no message.
+pub const TOO_MANY_MONITORS: &[u8] =
+    concat!("[3001]", "[Too many monitoring connections, closing connection.]\0").as_bytes();
+
 /// Messages that are taken from the robot at once; any more wait for the next call.
 const AT_ONCE: usize = 4096;
+/// Calls in which a robot that stops talking has been heard out.
+const CALLS: usize = 64;
 
 /// One connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -73,6 +86,11 @@ impl<const OUT: usize> Seat<OUT> {
 
     fn is_open(&self) -> bool {
         self.state == Some(SeatState::Open)
+    }
+
+    /// Whether somebody sits here for whom another batch of messages has room.
+    fn has_room(&self) -> bool {
+        self.is_open() && self.outbox.waiting().len() < OUT / 2
     }
 
     fn open(&mut self) {
@@ -144,7 +162,11 @@ impl<const MONITORS: usize, const LINE: usize, const OUT: usize>
             return None;
         }
         // What was said before belongs to those who were here.
-        self.take_messages(now, device);
+        for _ in 0..CALLS {
+            if !self.take_messages(now, device) {
+                break;
+            }
+        }
         let mut places = self.monitors.iter_mut().enumerate();
         let (place, seat) = places.find(|(_, seat)| seat.state.is_none())?;
         seat.open();
@@ -158,7 +180,8 @@ impl<const MONITORS: usize, const LINE: usize, const OUT: usize>
         Some(Peer::Monitor(place))
     }
 
-    /// Bytes came from `peer`. What a monitoring connection says is not listened to.
+    /// Bytes came from `peer`, all of which are taken. What a monitoring connection says is not listened
+    /// to.
     pub fn receive(
         &mut self,
         now: Instant,
@@ -166,11 +189,30 @@ impl<const MONITORS: usize, const LINE: usize, const OUT: usize>
         peer: Peer,
         mut bytes: &[u8],
     ) {
+        while self.receive_some(now, device, peer, &mut bytes) {}
+    }
+
+    /// As [`receive`](Self::receive), but stops as soon as somebody's outbox has become half full: takes
+    /// bytes from the front of `bytes` and returns whether there is more to do. To be called until there is
+    /// not, with an attempt to send what waits in between.
+    pub fn receive_some(
+        &mut self,
+        now: Instant,
+        device: &mut dyn TextDevice,
+        peer: Peer,
+        bytes: &mut &[u8],
+    ) -> bool {
         if peer != Peer::Control {
-            return;
+            return false;
         }
-        while self.control.is_open() {
-            let Some(line) = self.splitter.next_line(&mut bytes) else { break };
+        loop {
+            if self.take_messages(now, device) {
+                return true;
+            }
+            if !self.control.is_open() {
+                return false;
+            }
+            let Some(line) = self.splitter.next_line(bytes) else { return false };
             let problem = match line {
                 Line::Text(text) if text.trim().is_empty() => Some(LineProblem::Empty),
                 Line::Text(text) => {
@@ -185,7 +227,6 @@ impl<const MONITORS: usize, const LINE: usize, const OUT: usize>
                 self.counts.rejected += 1;
                 device.reject(now, problem);
             }
-            self.take_messages(now, device);
         }
     }
 
@@ -202,7 +243,8 @@ impl<const MONITORS: usize, const LINE: usize, const OUT: usize>
         self.take_messages(now, device);
     }
 
-    /// Lets the robot live until `now` and takes what it says. To be called once a millisecond at least.
+    /// Lets the robot live until `now` and takes what it says, as [`take_messages`](Self::take_messages)
+    /// does. To be called once a millisecond at least.
     pub fn advance(&mut self, now: Instant, device: &mut dyn TextDevice) {
         device.advance(now);
         self.take_messages(now, device);
@@ -243,6 +285,15 @@ impl<const MONITORS: usize, const LINE: usize, const OUT: usize>
         }
     }
 
+    /// Whether `peer` is connected and another batch of messages has room for it.
+    #[must_use]
+    pub fn has_room(&self, peer: Peer) -> bool {
+        match peer {
+            Peer::Control => self.control.has_room(),
+            Peer::Monitor(place) => self.monitors.get(place).is_some_and(Seat::has_room),
+        }
+    }
+
     /// Everybody who is connected.
     pub fn peers(&self) -> impl Iterator<Item = Peer> {
         self.seats().filter(|(_, seat)| seat.state.is_some()).map(|(peer, _)| peer)
@@ -274,21 +325,40 @@ impl<const MONITORS: usize, const LINE: usize, const OUT: usize>
         }
     }
 
-    /// Takes what the robot has to say, for whoever is connected.
-    fn take_messages(&mut self, now: Instant, device: &mut dyn TextDevice) {
+    /// Takes what the robot has to say, for whoever is connected, until somebody's outbox becomes half
+    /// full. Returns whether there may be more; then what waits is to be sent before the next call. Who
+    /// had no room to begin with is not waited for.
+    pub fn take_messages(&mut self, now: Instant, device: &mut dyn TextDevice) -> bool {
+        let waits_for_control = self.control.has_room();
+        let mut is_full = false;
+        let mut has_more = false;
         for _ in 0..AT_ONCE {
-            if !self.take_control_message(now, device) {
+            has_more = self.take_control_message(now, device);
+            is_full = waits_for_control && self.control.is_open() && !self.control.has_room();
+            if !has_more || is_full {
                 break;
             }
         }
-        for _ in 0..AT_ONCE {
-            if !self.take_monitoring_message(device) {
-                break;
-            }
-        }
-        if device.drops_control() {
+        // The robot ends a connection behind its last words.
+        if !has_more && device.drops_control() {
             self.end_control(now, device, CloseReason::Dropped);
         }
+        let mut waits_for = [false; MONITORS];
+        for (waits, seat) in waits_for.iter_mut().zip(&self.monitors) {
+            *waits = seat.has_room();
+        }
+        for _ in 0..AT_ONCE {
+            let has_more_news = self.take_monitoring_message(device);
+            let mut seats = waits_for.iter().zip(&self.monitors);
+            is_full |= seats.any(|(waits, seat)| *waits && seat.is_open() && !seat.has_room());
+            if !has_more_news {
+                return has_more;
+            }
+            if is_full {
+                break;
+            }
+        }
+        true
     }
 
     fn take_control_message(&mut self, now: Instant, device: &mut dyn TextDevice) -> bool {

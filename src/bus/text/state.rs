@@ -2,82 +2,7 @@
 
 use crate::wire::meca500::code::{Code, CodeKind};
 use crate::wire::meca500::text::Message;
-
-/// The robot's state: message 2007. Source: PM L5722.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct RobotStatus {
-    /// The motors are on.
-    pub is_activated: bool,
-    /// The robot is homed.
-    pub is_homed: bool,
-    /// 0: no simulation; 1: in real time; 2: fast.
-    pub simulation: u8,
-    /// The robot is in error mode.
-    pub is_in_error: bool,
-    /// Motion is paused, was cleared, or the robot is in error mode.
-    pub is_paused: bool,
-    /// The robot does not move and its queue is empty.
-    pub is_end_of_block: bool,
-    /// The robot does not move.
-    pub is_end_of_motion: bool,
-}
-
-/// The gripper's state: message 2079. Source: PM Table 3.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct GripperState {
-    /// A gripper is there and enabled.
-    pub is_enabled: bool,
-    /// It is homed.
-    pub is_homed: bool,
-    /// It holds a part.
-    pub is_holding: bool,
-    /// It is at a limit.
-    pub is_at_limit: bool,
-    /// It is in error.
-    pub is_in_error: bool,
-    /// It is too hot.
-    pub is_overheated: bool,
-}
-
-fn flag(number: f64) -> bool {
-    number != 0.0
-}
-
-impl RobotStatus {
-    /// Reads message 2007; `None` for another.
-    #[must_use]
-    pub fn read(message: &Message<'_>) -> Option<Self> {
-        let numbers = (message.code == Code::STATUS_ROBOT).then(|| message.numbers()).flatten()?;
-        let [activated, homed, simulation, error, paused, end_of_block, end_of_motion] = numbers;
-        Some(Self {
-            is_activated: flag(activated),
-            is_homed: flag(homed),
-            // Saturates.
-            simulation: simulation as u8,
-            is_in_error: flag(error),
-            is_paused: flag(paused),
-            is_end_of_block: flag(end_of_block),
-            is_end_of_motion: flag(end_of_motion),
-        })
-    }
-}
-
-impl GripperState {
-    /// Reads message 2079; `None` for another.
-    #[must_use]
-    pub fn read(message: &Message<'_>) -> Option<Self> {
-        let numbers = (message.code == Code(2079)).then(|| message.numbers()).flatten()?;
-        let [enabled, homed, holding, limit, error, hot] = numbers.map(flag);
-        Some(Self {
-            is_enabled: enabled,
-            is_homed: homed,
-            is_holding: holding,
-            is_at_limit: limit,
-            is_in_error: error,
-            is_overheated: hot,
-        })
-    }
-}
+use crate::wire::meca500::text::value::{GripperState, RobotStatus};
 
 /// The newest of everything that a connection was told. `None`: not told yet.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -127,13 +52,13 @@ impl RobotState {
         let checkpoint = || integer().and_then(|number| u16::try_from(number).ok());
         match message.code {
             Code::STATUS_ROBOT => {
-                keep(&mut self.status, RobotStatus::read(message));
+                keep(&mut self.status, RobotStatus::read(message).ok());
                 if self.status.is_some_and(|status| !status.is_in_error) {
                     self.error = None;
                 }
             }
             Code::ERROR_RESET | Code::NO_ERROR_TO_RESET => self.error = None,
-            Code(2079) => keep(&mut self.gripper, GripperState::read(message)),
+            Code(2079) => keep(&mut self.gripper, GripperState::read(message).ok()),
             Code(2026 | 2200 | 2210) => keep(&mut self.joints, six(message)),
             Code(2027 | 2201 | 2211) => keep(&mut self.pose, six(message)),
             Code(2230) => {

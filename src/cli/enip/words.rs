@@ -48,8 +48,9 @@ pub(in crate::cli) fn scanner_event(event: &ScannerEvent) -> Option<String> {
             format!("EtherNet/IP connection open, frames {}", intervals(*o2t_api, *t2o_api))
         }
         ScannerEvent::Running { .. } => "its inputs arrive".into(),
-        ScannerEvent::Failed { trouble, retry_in: Some(pause), .. } => {
-            format!("{trouble}; trying again in {}", ms(*pause))
+        // Who ends over it does not wait for the next attempt.
+        ScannerEvent::Failed { trouble, retry_in: Some(_), .. } => {
+            format!("{trouble}; tried again if the command goes on")
         }
         ScannerEvent::Failed { trouble, retry_in: None, .. } => {
             format!("{trouble}; not tried again")
@@ -115,7 +116,19 @@ fn of(connection: &ConnectionStatus) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bus::enip::scanner::ConfigPath;
+    use crate::bus::enip::scanner::{ConfigPath, Trouble};
+
+    #[test]
+    fn no_attempt_is_promised_to_who_may_end_before_it() {
+        let retry_in = Some(Duration::from_millis(200));
+        let failed = |retry_in| {
+            let trouble = Trouble::TimedOut { after: Duration::from_millis(160) };
+            scanner_event(&ScannerEvent::Failed { target: 0, trouble, retry_in }).expect("words")
+        };
+        assert!(failed(retry_in).ends_with("; tried again if the command goes on"));
+        assert!(!failed(retry_in).contains("200 ms"));
+        assert!(failed(None).ends_with("; not tried again"));
+    }
 
     #[test]
     fn a_granted_interval_is_told_only_where_it_differs() {

@@ -45,7 +45,7 @@ Exit codes:
     3  all can be reached, but a robot has an error, a safety signal, or lets this connection only watch
     4  nothing answers, there is no Meca500, another main device drives the segment, or a robot cannot be
        driven: its layout or OP is refused, or its byte order cannot be decided
-  130  interrupted; the robots were left in INIT";
+  130  interrupted; subdevices on EtherCAT were left in INIT, connections on EtherNet/IP were closed";
 
 /// Look at a bus: who is on it, and whether its robots can be driven.
 ///

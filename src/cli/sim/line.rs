@@ -19,7 +19,7 @@ use crate::link::ethercat::faulty_wire::{FaultyWire, WireEnd};
 use crate::link::ethercat::raw_socket::{self, OpenError, RawSocket};
 use crate::link::ethercat::serve::{Change, FrameCounts, Server, Standing, TICK};
 use crate::link::ethercat::wire::Wire;
-use crate::link::watch_list::WatchList;
+use crate::link::watch_list::{Interest, WatchList};
 use crate::time::Instant;
 use crate::wire::meca500::image::FirmwareLayout;
 use crate::wire::meca500::image::pdo::PdoLayout;
@@ -119,7 +119,7 @@ impl EtherCatFace {
 
     /// Puts the socket on `list`, as that of `server`.
     pub(super) fn watch<'a>(&'a self, list: &mut WatchList<'a>, server: usize) {
-        list.add(server, self.server.wire().inner().as_fd(), false);
+        list.add(server, self.server.wire().inner().as_fd(), Interest::Read);
     }
 
     /// Pulls the cable behind so many robots.

@@ -39,7 +39,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 pub(super) use args::{SimArgs, parse_pdo};
-use faces::{Faces, STEP};
+use faces::{EARLY, Faces, STEP};
 pub(super) use keys::give_terminal_back;
 pub(super) use line::refused;
 use operator::{Operator, Prepared};
@@ -92,7 +92,7 @@ fn serve(
     let mut stage_due = faces.now();
     while !interrupted.load(Ordering::Relaxed) {
         faces.pass(stage_due)?;
-        if faces.now() < stage_due {
+        if faces.now() + EARLY < stage_due {
             continue;
         }
         let mut stage = Stage::new(faces, power);

@@ -101,7 +101,10 @@ impl TextFace {
             self.say(&line);
         }
         let (is_open, is_in_ethercat) = {
-            let robot = self.robot.borrow();
+            let mut robot = self.robot.borrow_mut();
+            while let Some(line) = robot.next_log_line() {
+                self.say(&format!("robot log, {line}"));
+            }
             (robot.is_on_text(), robot.protocol_settings().ethercat)
         };
         if core::mem::replace(&mut self.was_open, is_open) != is_open {

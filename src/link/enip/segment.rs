@@ -18,6 +18,7 @@ use super::error::EnipError;
 use super::network::{Arrival, Network, ROOM};
 use super::settings::EnipSettings;
 use super::statistics::{EnipStatistics, record};
+use crate::bus::enip::MOST_OWED;
 use crate::bus::enip::scanner::{Scanner, ScannerEvent, Target, TargetStatus, Transmit, Trouble};
 use crate::cycle::{CyclicSegment, InputQuality};
 use crate::time::{Duration, Instant};
@@ -515,5 +516,10 @@ impl<N: Network> CyclicSegment for EnipSegment<N> {
             Some(seat) if seat.t2o_len == inputs.len() => self.scanner.read_inputs(robot, inputs),
             _ => InputQuality::Lost,
         }
+    }
+
+    /// As many as there are frames that the connections make up for: each cycle sends one.
+    fn makes_up(&self) -> u32 {
+        MOST_OWED
     }
 }

@@ -24,13 +24,13 @@ pub use super::bind_error::{BindError, Purpose};
 use super::network::ROOM;
 use super::served::{STEP, ServedRobot};
 use super::waiter::{Interest, Source, Waiter};
-use crate::bus::enip::adapter::{AdapterEvent, STREAMS, StreamId, Transmit};
+use crate::bus::enip::adapter::{Adapter, AdapterEvent, STREAMS, StreamId, Transmit};
 use crate::cycle::CyclicDevice;
 #[cfg(target_os = "linux")]
 use crate::link::cable;
-use crate::link::clock::MonotonicClock;
+use crate::link::clock::{MonotonicClock, wake_exactly};
 #[cfg(target_os = "linux")]
-use crate::link::watch_list::WatchList;
+use crate::link::watch_list::{Interest as Readiness, WatchList};
 use crate::time::{Duration, Instant};
 use crate::wire::enip::{IO_PORT, MESSAGE_PORT};
 
@@ -93,6 +93,8 @@ pub struct ServerCounts {
     pub unsent: u64,
     /// TCP connections closed because the peer did not read.
     pub overfull: u64,
+    /// Class 1 frames given up because this process was stopped for too long to make up for them.
+    pub given_up: u64,
 }
 
 /// One TCP connection.
@@ -135,6 +137,8 @@ pub struct Server<D> {
     counts: ServerCounts,
     /// Whose events are told next.
     teller: usize,
+    /// Whether the thread that steps has been told how exactly it is to be woken.
+    is_exact: bool,
 }
 
 fn udp(address: SocketAddrV4, shared: bool) -> io::Result<UdpSocket> {
@@ -262,6 +266,7 @@ impl<D: CyclicDevice> Server<D> {
             room: vec![0; ROOM].into_boxed_slice(),
             counts: ServerCounts::default(),
             teller: 0,
+            is_exact: false,
         })
     }
 
@@ -310,8 +315,10 @@ impl<D: CyclicDevice> Server<D> {
 
     /// What passed so far.
     #[must_use]
-    pub const fn counts(&self) -> ServerCounts {
-        self.counts
+    pub fn counts(&self) -> ServerCounts {
+        let adapters = self.seats.iter().map(|seat| seat.robot.adapter());
+        let given_up = adapters.map(Adapter::frames_given_up).sum();
+        ServerCounts { given_up, ..self.counts }
     }
 
     /// The time that the robots live in.
@@ -333,12 +340,15 @@ impl<D: CyclicDevice> Server<D> {
     }
 
     /// Waits until something arrives or a robot's time has come, at most for [`STEP`], and does what is to be
-    /// done.
+    /// done. From the first step on, its thread is woken [as exactly as the system can](wake_exactly).
     ///
     /// # Errors
     ///
     /// The system refuses to wait for the sockets. The robots have lived nevertheless.
     pub fn step(&mut self) -> io::Result<()> {
+        if !core::mem::replace(&mut self.is_exact, true) {
+            wake_exactly();
+        }
         let now = self.clock.now();
         let until = self.next_due().min(now + STEP);
         self.step_within(until.saturating_duration_since(now))
@@ -351,6 +361,9 @@ impl<D: CyclicDevice> Server<D> {
     /// As of [`step`](Self::step).
     #[cfg(target_os = "linux")]
     pub fn step_at_once(&mut self) -> io::Result<()> {
+        if !core::mem::replace(&mut self.is_exact, true) {
+            wake_exactly();
+        }
         self.step_within(Duration::ZERO)
     }
 
@@ -365,7 +378,7 @@ impl<D: CyclicDevice> Server<D> {
     /// called when one of them is ready, and at [`next_due`](Self::next_due).
     #[cfg(target_os = "linux")]
     pub fn watch<'a>(&'a self, list: &mut WatchList<'a>, server: usize) {
-        list.add(server, self.waiter.as_fd(), false);
+        list.add(server, self.waiter.as_fd(), Readiness::Read);
     }
 
     /// Pulls the network cable of a robot, or plugs it in again. While it is out nothing arrives and

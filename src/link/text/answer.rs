@@ -3,6 +3,7 @@
 use core::future::Future;
 use core::pin::Pin;
 use core::task::{Context, Poll};
+use std::string::{String, ToString};
 use std::sync::Arc;
 
 use super::connection::Shared;
@@ -10,6 +11,8 @@ use super::error::AnswerError;
 use super::message::OwnedMessage;
 use crate::bus::text::client::RequestId;
 use crate::time::Duration;
+use crate::wire::meca500::text::Message;
+use crate::wire::meca500::text::value::ValueError;
 
 /// How a command ended well.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -37,48 +40,101 @@ impl Reply {
     }
 }
 
-/// The end of a command. Dropping it does not take the command back.
-#[must_use = "the command is sent; wait for its answer, or drop it on purpose"]
+/// How a value is read from the message that answers a command.
+pub(super) type ReadMessage<T> = for<'a> fn(&Message<'a>) -> Result<T, ValueError>;
+
+/// What becomes of a good end of a command.
+#[derive(Clone, Copy, Debug)]
+enum Reading<T> {
+    /// Whatever it is.
+    Whole(fn(Reply) -> T),
+    /// What its message says.
+    Message(ReadMessage<T>),
+}
+
+impl<T> Reading<T> {
+    fn read(&self, reply: Reply) -> Result<T, AnswerError> {
+        let read = match self {
+            Self::Whole(take) => return Ok(take(reply)),
+            Self::Message(read) => read,
+        };
+        let Reply::Message(message) = reply else {
+            return Err(AnswerError::Unreadable {
+                text: String::new(),
+                error: ValueError::Nothing,
+            });
+        };
+        let unreadable = |error| AnswerError::Unreadable { text: message.to_string(), error };
+        read(&message.as_message()).map_err(unreadable)
+    }
+}
+
+/// A request that somebody waits for.
 #[derive(Debug)]
-pub struct Answer {
+struct Ticket {
     shared: Arc<Shared>,
     id: RequestId,
 }
 
+impl Drop for Ticket {
+    fn drop(&mut self) {
+        self.shared.forget(self.id);
+    }
+}
+
+/// The end of a command: a [`Reply`], or what the robot's answer says. Dropping it does not take the
+/// command back.
+#[must_use = "the command is sent; wait for its answer, or drop it on purpose"]
+#[derive(Debug)]
+pub struct Answer<T = Reply> {
+    ticket: Ticket,
+    reading: Reading<T>,
+}
+
 impl Answer {
     pub(super) const fn new(shared: Arc<Shared>, id: RequestId) -> Self {
-        Self { shared, id }
+        Self { ticket: Ticket { shared, id }, reading: Reading::Whole(|reply| reply) }
     }
 
+    /// The same answer, of which only what its message says is of interest.
+    pub(super) fn read_by<T>(self, read: ReadMessage<T>) -> Answer<T> {
+        Answer { ticket: self.ticket, reading: Reading::Message(read) }
+    }
+
+    /// The same answer, of which nothing is of interest but that it is there.
+    pub(super) fn done(self) -> Answer<()> {
+        Answer { ticket: self.ticket, reading: Reading::Whole(drop) }
+    }
+}
+
+impl<T> Answer<T> {
     /// Waits for it, at most for `limit`; may be called again when that is over.
     ///
     /// # Errors
     ///
     /// [`AnswerError`].
-    pub fn wait(&mut self, limit: Duration) -> Result<Reply, AnswerError> {
-        let result = self.shared.wait_for(limit, |inner| Shared::take_result(inner, self.id));
-        result.unwrap_or(Err(AnswerError::TimedOut))
+    pub fn wait(&mut self, limit: Duration) -> Result<T, AnswerError> {
+        let id = self.ticket.id;
+        let result = self.ticket.shared.wait_for(limit, |inner| Shared::take_result(inner, id));
+        self.reading.read(result.unwrap_or(Err(AnswerError::TimedOut))?)
     }
 }
 
-impl Future for Answer {
-    type Output = Result<Reply, AnswerError>;
+impl<T> Future for Answer<T> {
+    type Output = Result<T, AnswerError>;
 
     fn poll(self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Self::Output> {
-        let mut inner = self.shared.lock();
-        match Shared::take_result(&mut inner, self.id) {
-            Some(result) => Poll::Ready(result),
+        let mut inner = self.ticket.shared.lock();
+        match Shared::take_result(&mut inner, self.ticket.id) {
+            Some(result) => {
+                drop(inner);
+                Poll::Ready(result.and_then(|reply| self.reading.read(reply)))
+            }
             None => {
-                inner.set_waker(self.id, context.waker());
+                inner.set_waker(self.ticket.id, context.waker());
                 Poll::Pending
             }
         }
-    }
-}
-
-impl Drop for Answer {
-    fn drop(&mut self) {
-        self.shared.forget(self.id);
     }
 }
 

@@ -52,11 +52,25 @@ impl Client {
     ///
     /// [`ConnectError`]; `Refused` while somebody else controls the robot.
     pub fn connect(address: SocketAddr, options: ClientOptions) -> Result<Self, ConnectError> {
-        let connection = Self::open(address, options)?;
+        let connection = Self::open(address, options, None)?;
         Ok(Self { connection, address, options })
     }
 
-    /// The same, for async code of any runtime; a thread waits meanwhile.
+    /// The same, with all messages from the first on, which is the robot's greeting.
+    ///
+    /// # Errors
+    ///
+    /// As [`connect`](Self::connect).
+    pub fn connect_listening(
+        address: SocketAddr,
+        options: ClientOptions,
+    ) -> Result<(Self, Messages), ConnectError> {
+        let queue = Arc::new(Queue::default());
+        let connection = Self::open(address, options, Some(&queue))?;
+        Ok((Self { connection, address, options }, Messages { queue }))
+    }
+
+    /// The same as [`connect`](Self::connect), for async code of any runtime; a thread waits meanwhile.
     pub fn connecting(address: SocketAddr, options: ClientOptions) -> Connecting {
         let place = Arc::new(Mutex::new(Place::default()));
         let with_thread = Arc::clone(&place);
@@ -79,8 +93,13 @@ impl Client {
         Connecting { place }
     }
 
-    fn open(address: SocketAddr, options: ClientOptions) -> Result<Connection, ConnectError> {
-        let connection = Connection::open(address, options.settings, options.limit, Role::Control)?;
+    fn open(
+        address: SocketAddr,
+        options: ClientOptions,
+        listener: Option<&Arc<Queue>>,
+    ) -> Result<Connection, ConnectError> {
+        let role = Role::Control(listener);
+        let connection = Connection::open(address, options.settings, options.limit, role)?;
         connection.wait_for_greeting(address, options.limit)?;
         Ok(connection)
     }
@@ -93,12 +112,15 @@ impl Client {
     ///
     /// [`ConnectError`]; it may be tried again.
     pub fn reconnect(&mut self) -> Result<(), ConnectError> {
+        // As it is kept now, which is not always how it began.
+        let settings = self.shared().lock().session.settings();
+        self.options.settings = settings;
         self.connection.shared.finish(EndReason::Closed);
-        self.connection = Self::open(self.address, self.options)?;
+        self.connection = Self::open(self.address, self.options, None)?;
         Ok(())
     }
 
-    fn shared(&self) -> &Arc<Shared> {
+    pub(super) fn shared(&self) -> &Arc<Shared> {
         &self.connection.shared
     }
 

@@ -66,8 +66,9 @@ pub(super) struct Shared {
 /// Which port a connection is to.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Role<'a> {
-    Control,
-    /// All messages go here, from the first on.
+    /// All messages go there from the first on, if it is somewhere.
+    Control(Option<&'a Arc<Queue>>),
+    /// All messages go there from the first on.
     Monitoring(&'a Arc<Queue>),
 }
 
@@ -131,6 +132,17 @@ impl Shared {
         let result = wait.result.take()?;
         inner.waits.remove(&id);
         Some(result)
+    }
+
+    /// Feeds the connection watchdog from now on, or not any more.
+    pub(super) fn set_watchdog(&self, period: Option<Duration>) -> Result<(), AnswerError> {
+        let mut inner = self.lock();
+        if let Some(reason) = inner.ended {
+            return Err(AnswerError::Ended(reason));
+        }
+        inner.session.set_watchdog(self.clock.now(), period);
+        inner.flush();
+        Ok(())
     }
 
     /// Forgets a request that nobody waits for any more.
@@ -272,11 +284,11 @@ impl Connection {
             waits: HashMap::new(),
             watchers: Vec::new(),
             queues: match role {
-                Role::Control => Vec::new(),
+                Role::Control(queue) => queue.map(Arc::downgrade).into_iter().collect(),
                 Role::Monitoring(queue) => vec![Arc::downgrade(queue)],
             },
         };
-        let controls = matches!(role, Role::Control);
+        let controls = matches!(role, Role::Control(_));
         let (inner, changed) = (Mutex::new(inner), Condvar::new());
         let shared = Arc::new(Shared { inner, changed, clock, controls });
         let with_thread = Arc::clone(&shared);

@@ -6,6 +6,7 @@ use std::string::String;
 
 use crate::wire::meca500::code::Code;
 use crate::wire::meca500::command::MotionCommandId;
+use crate::wire::meca500::text::value::ValueError;
 
 /// One of the two ports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -104,6 +105,25 @@ pub enum AnswerError {
         code: Code,
         /// The robot's own words.
         text: String,
+    },
+    /// The robot answered, and not with what its code promises.
+    #[error("the robot's answer {text} cannot be read: {error}")]
+    Unreadable {
+        /// The message; empty when there is none.
+        text: String,
+        /// What is wrong with it.
+        error: ValueError,
+    },
+    /// Something that the robot could not read as one argument: a name with a comma or a blank in it, a
+    /// number that is none, a duration that is too long. Nothing was sent.
+    #[error("not sent: {argument} cannot be `{value}`; {allowed}")]
+    Argument {
+        /// Which argument.
+        argument: &'static str,
+        /// What it was.
+        value: String,
+        /// What it may be.
+        allowed: &'static str,
     },
     /// The checkpoint was discarded (3040): it will not be reached.
     #[error("the checkpoint was discarded: motion was cleared, or the robot stopped for an error")]

@@ -6,8 +6,12 @@
 //! Connections that are sent away are kept for a moment ([`LEAVING_TIME`]) and read: a socket that is
 //! closed with unread bytes resets the connection, and the peer might never see why.
 //!
+//! A controller that asks faster than it reads is not read any further until it has read; when its socket
+//! takes nothing for [`PATIENCE`], it counts as one that does not read, and the session closes it.
+//!
 //! A peer that vanished without a word is found by keep-alive packets of TCP: after [`KEEP_ALIVE`] of silence
-//! one is sent every [`KEEP_ALIVE`], and the connection breaks when [`KEEP_ALIVES_LOST`] are lost.
+//! one is sent every [`KEEP_ALIVE`], and the connection breaks when as many are lost as the robot says
+//! ([`TextDevice::keep_alive_packets`]).
 //!
 //! Invariants: a pass ends, whatever arrives; sockets and bytes kept are bounded.
 
@@ -22,11 +26,13 @@ use rustix::fd::AsFd;
 use socket2::{Domain, Protocol, SockRef, Socket, TcpKeepalive, Type};
 
 use super::error::{BindError, Port};
-use crate::bus::text::server::{ANOTHER_USER, CloseReason, Peer, ServerSession, SessionCounts};
+use crate::bus::text::server::{
+    ANOTHER_USER, CloseReason, Peer, ServerSession, SessionCounts, TOO_MANY_MONITORS,
+};
 use crate::bus::text::{CONTROL_PORT, MAX_COMMAND, MONITORING_PORT, OUTBOX};
 #[cfg(target_os = "linux")]
 use crate::link::cable;
-use crate::link::watch_list::WatchList;
+use crate::link::watch_list::{Interest, WatchList};
 use crate::text_device::TextDevice;
 use crate::time::{Duration, Instant};
 
@@ -40,14 +46,16 @@ pub const LEAVING_TIME: Duration = Duration::from_secs(1);
 const LEAVING: usize = 16;
 /// Silence after which a keep-alive packet is sent, and time between two.
 pub const KEEP_ALIVE: Duration = Duration::from_secs(1);
-/// Keep-alive packets that may be lost. Source: PM L3707.
-pub const KEEP_ALIVES_LOST: u32 = 3;
+/// How long a controller may take to read its answers before it is taken for one that does not.
+pub const PATIENCE: Duration = Duration::from_secs(1);
 /// How long nothing is accepted or bound after the system refused.
 const REST: Duration = Duration::from_millis(100);
 /// Connections that wait to be accepted.
 const WAITING: i32 = 256;
 /// Connections accepted, and reads from one connection, in one pass.
 const AT_ONCE: usize = 16;
+/// Batches of messages in one pass; what a robot says in a pass fits in far fewer.
+const BATCHES: usize = 4_096;
 /// Events kept for a caller that does not ask.
 const EVENTS: usize = 256;
 const ROOM: usize = 16_384;
@@ -134,6 +142,10 @@ pub struct TextPorts {
     is_plugged: bool,
     /// Connections that this end closed while the cable was out: the peer cannot know yet.
     unheard: Vec<TcpStream>,
+    /// What came from the controller and waits until it has read.
+    held: Vec<u8>,
+    /// When its socket last took something.
+    taken_at: Instant,
     rests_until: Option<Instant>,
     events: VecDeque<ServerEvent>,
     counts: PortCounts,
@@ -170,19 +182,21 @@ fn open(endpoints: Endpoints) -> Result<(TcpListener, TcpListener), BindError> {
     ))
 }
 
-/// Makes a fresh connection ready for passes.
-fn prepare(stream: &TcpStream) -> io::Result<()> {
+/// Makes a fresh connection ready for passes; it breaks when `keep_alives` packets in a row are lost. None
+/// at all cannot be told from a connection without silence, and counts as one.
+fn prepare(stream: &TcpStream, keep_alives: u8) -> io::Result<()> {
     stream.set_nonblocking(true)?;
     stream.set_nodelay(true)?;
+    let lost = u32::from(keep_alives.max(1));
     let socket = SockRef::from(stream);
     let keep_alive = TcpKeepalive::new().with_time(KEEP_ALIVE).with_interval(KEEP_ALIVE);
     #[cfg(not(windows))]
-    let keep_alive = keep_alive.with_retries(KEEP_ALIVES_LOST);
+    let keep_alive = keep_alive.with_retries(lost);
     // Some systems keep these to themselves; a peer that vanished is then found later.
     let _ = socket.set_tcp_keepalive(&keep_alive);
     // The same for bytes that are under way and not acknowledged.
     #[cfg(target_os = "linux")]
-    let _ = socket.set_tcp_user_timeout(Some(KEEP_ALIVE * (KEEP_ALIVES_LOST + 1)));
+    let _ = socket.set_tcp_user_timeout(Some(KEEP_ALIVE * (lost + 1)));
     Ok(())
 }
 
@@ -225,6 +239,8 @@ impl TextPorts {
             leaving: VecDeque::with_capacity(LEAVING),
             is_plugged: true,
             unheard: Vec::new(),
+            held: Vec::new(),
+            taken_at: Instant::ZERO,
             rests_until: None,
             events: VecDeque::new(),
             counts: PortCounts::default(),
@@ -265,10 +281,11 @@ impl TextPorts {
     /// goes to the robot and what it says is sent. To be called once a millisecond at least.
     pub fn serve(&mut self, now: Instant, device: &mut dyn TextDevice) {
         self.session.advance(now, device);
+        self.send_all(now, device);
         self.open_or_close(now, device);
         self.accept(now, device);
         self.read_all(now, device);
-        self.write_all(now, device);
+        self.send_all(now, device);
         self.close_ended(now, device);
         self.see_off(now);
     }
@@ -288,15 +305,26 @@ impl TextPorts {
     /// of them is ready.
     pub fn watch<'a>(&'a self, list: &mut WatchList<'a>, server: usize) {
         if let (Some((control, monitoring)), None) = (&self.listeners, self.rests_until) {
-            list.add(server, control.as_fd(), false);
-            list.add(server, monitoring.as_fd(), false);
+            list.add(server, control.as_fd(), Interest::Read);
+            list.add(server, monitoring.as_fd(), Interest::Read);
         }
         for (peer, stream) in self.streams() {
             let has_more = self.is_plugged && !self.session.waiting(peer).is_empty();
-            list.add(server, stream.as_fd(), has_more);
+            let is_held = peer == Peer::Control && !self.held.is_empty();
+            list.add(
+                server,
+                stream.as_fd(),
+                match (has_more, is_held) {
+                    (true, false) => Interest::ReadAndWrite,
+                    (true, true) => Interest::Write,
+                    // Nothing is read before something was written, which waits for the cable.
+                    (false, true) if !self.is_plugged => Interest::Nothing,
+                    (false, _) => Interest::Read,
+                },
+            );
         }
         for one in &self.leaving {
-            list.add(server, one.stream.as_fd(), false);
+            list.add(server, one.stream.as_fd(), Interest::Read);
         }
     }
 
@@ -407,7 +435,7 @@ impl TextPorts {
         from: SocketAddr,
     ) {
         self.counts.accepted += 1;
-        if prepare(&stream).is_err() {
+        if prepare(&stream, device.keep_alive_packets()).is_err() {
             return;
         }
         self.join_cable(&stream);
@@ -427,7 +455,10 @@ impl TextPorts {
                 }
             }
             None => {
-                let farewell = if port == Port::Control { ANOTHER_USER } else { b"" };
+                let farewell = match port {
+                    Port::Control => ANOTHER_USER,
+                    Port::Monitoring => TOO_MANY_MONITORS,
+                };
                 self.dismiss(now, stream, farewell);
                 return self.tell(ServerEvent::SentAway { port, from });
             }
@@ -459,15 +490,22 @@ impl TextPorts {
     }
 
     fn read(&mut self, now: Instant, device: &mut dyn TextDevice, peer: Peer) {
+        if peer == Peer::Control && !self.held.is_empty() {
+            let held = core::mem::take(&mut self.held);
+            self.give(now, device, &held);
+        }
         let mut room = core::mem::take(&mut self.room);
         for _ in 0..AT_ONCE {
+            if peer == Peer::Control && !self.held.is_empty() {
+                break;
+            }
             let Some(stream) = self.stream_mut(peer) else { break };
             match moved(stream.read(&mut room)) {
                 Moved::Bytes(count) => {
                     if peer == Peer::Control {
                         self.counts.received += count as u64;
+                        self.give(now, device, &room[..count]);
                     }
-                    self.session.receive(now, device, peer, &room[..count]);
                 }
                 Moved::NotNow => break,
                 Moved::Gone => {
@@ -475,11 +513,37 @@ impl TextPorts {
                     break;
                 }
             }
-            // The answers leave before more commands are read, so that a busy peer that reads is not
-            // taken for one that does not.
             self.write(now, device, peer);
         }
         self.room = room;
+    }
+
+    /// Gives the session what came from the controller. The answers leave before more commands are looked
+    /// at; what its socket leaves no room for is held.
+    fn give(&mut self, now: Instant, device: &mut dyn TextDevice, mut bytes: &[u8]) {
+        loop {
+            let waits = self.control.is_some() && !self.session.has_room(Peer::Control);
+            if waits && now.saturating_duration_since(self.taken_at) < PATIENCE {
+                self.held.extend_from_slice(bytes);
+                return;
+            }
+            if !self.session.receive_some(now, device, Peer::Control, &mut bytes) {
+                return;
+            }
+            self.write_all(now, device);
+        }
+    }
+
+    /// Sends all that the robot has to say, batch by batch: after a while in which nobody served, it is
+    /// more than an outbox holds.
+    fn send_all(&mut self, now: Instant, device: &mut dyn TextDevice) {
+        for _ in 0..BATCHES {
+            self.write_all(now, device);
+            if !self.session.take_messages(now, device) {
+                break;
+            }
+        }
+        self.write_all(now, device);
     }
 
     fn write_all(&mut self, now: Instant, device: &mut dyn TextDevice) {
@@ -493,7 +557,7 @@ impl TextPorts {
         if !self.is_plugged {
             return;
         }
-        let Self { session, control, monitors, counts, .. } = self;
+        let Self { session, control, monitors, counts, taken_at, .. } = self;
         let stream = match peer {
             Peer::Control => control.as_mut(),
             Peer::Monitor(place) => monitors.get_mut(place).and_then(Option::as_mut),
@@ -507,6 +571,9 @@ impl TextPorts {
             Moved::Bytes(count) => {
                 counts.sent += count as u64;
                 session.sent(peer, count);
+                if peer == Peer::Control {
+                    *taken_at = now;
+                }
             }
             Moved::NotNow => {}
             Moved::Gone => self.gone(now, device, peer),
@@ -517,6 +584,9 @@ impl TextPorts {
     fn gone(&mut self, now: Instant, device: &mut dyn TextDevice, peer: Peer) {
         self.take_stream(peer);
         self.session.closed(now, device, peer);
+        if peer == Peer::Control {
+            self.held.clear();
+        }
         self.tell(ServerEvent::Disconnected { peer, reason: None });
     }
 
@@ -530,6 +600,9 @@ impl TextPorts {
                 self.dismiss(now, stream, b"");
             }
             self.session.closed(now, device, peer);
+            if peer == Peer::Control {
+                self.held.clear();
+            }
             self.tell(ServerEvent::Disconnected { peer, reason: Some(reason) });
         }
     }
@@ -548,20 +621,75 @@ impl TextPorts {
 mod tests {
     use super::*;
 
+    /// A robot that says nothing and lets so many packets be lost.
+    struct Patient(u8);
+
+    impl TextDevice for Patient {
+        fn open_control(&mut self, _: Instant) -> bool {
+            true
+        }
+
+        fn close_control(&mut self, _: Instant) {}
+
+        fn command(&mut self, _: Instant, _: &str) {}
+
+        fn reject(&mut self, _: Instant, _: crate::text_device::LineProblem) {}
+
+        fn next_control_message(&mut self, _: &mut dyn core::fmt::Write) -> bool {
+            false
+        }
+
+        fn monitoring_snapshot(&mut self, _: Instant, _: &mut dyn FnMut(&str)) {}
+
+        fn next_monitoring_message(&mut self, _: &mut dyn core::fmt::Write) -> bool {
+            false
+        }
+
+        fn advance(&mut self, _: Instant) {}
+
+        fn is_on_text(&self) -> bool {
+            true
+        }
+
+        fn keep_alive_packets(&self) -> u8 {
+            self.0
+        }
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn the_robot_says_how_many_packets_may_be_lost() {
+        let any = "127.0.0.1:0".parse().unwrap();
+        let mut ports = TextPorts::bind(Endpoints { control: any, monitoring: any }).unwrap();
+        let _control = TcpStream::connect(ports.endpoints().control).unwrap();
+        let _monitor = TcpStream::connect(ports.endpoints().monitoring).unwrap();
+        for _ in 0..100 {
+            ports.wait(Duration::from_millis(10)).unwrap();
+            ports.serve(Instant::ZERO, &mut Patient(7));
+        }
+        assert_eq!(ports.streams().count(), 2);
+        for (_, stream) in ports.streams() {
+            assert_eq!(SockRef::from(stream).tcp_keepalive_retries().unwrap(), 7);
+        }
+    }
+
     #[test]
     fn a_peer_that_vanished_is_looked_for() {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-        let _peer = TcpStream::connect(listener.local_addr().unwrap()).unwrap();
-        let (stream, _) = listener.accept().unwrap();
-        prepare(&stream).unwrap();
-        let socket = SockRef::from(&stream);
-        assert!(socket.keepalive().unwrap() && socket.tcp_nodelay().unwrap());
-        #[cfg(target_os = "linux")]
-        {
-            assert_eq!(socket.tcp_keepalive_time().unwrap(), KEEP_ALIVE);
-            assert_eq!(socket.tcp_keepalive_interval().unwrap(), KEEP_ALIVE);
-            assert_eq!(socket.tcp_keepalive_retries().unwrap(), KEEP_ALIVES_LOST);
-            assert_eq!(socket.tcp_user_timeout().unwrap(), Some(Duration::from_secs(4)));
+        for (keep_alives, lost) in [(3, 3), (60, 60), (1, 1), (0, 1)] {
+            let _peer = TcpStream::connect(listener.local_addr().unwrap()).unwrap();
+            let (stream, _) = listener.accept().unwrap();
+            prepare(&stream, keep_alives).unwrap();
+            let socket = SockRef::from(&stream);
+            assert!(socket.keepalive().unwrap() && socket.tcp_nodelay().unwrap());
+            #[cfg(target_os = "linux")]
+            {
+                let limit = Duration::from_secs(u64::from(lost) + 1);
+                assert_eq!(socket.tcp_keepalive_time().unwrap(), KEEP_ALIVE);
+                assert_eq!(socket.tcp_keepalive_interval().unwrap(), KEEP_ALIVE);
+                assert_eq!(socket.tcp_keepalive_retries().unwrap(), lost);
+                assert_eq!(socket.tcp_user_timeout().unwrap(), Some(limit));
+            }
         }
     }
 }

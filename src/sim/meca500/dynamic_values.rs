@@ -106,7 +106,7 @@ impl VirtualRobot {
                 settings.move_duration_severity.to_real(),
                 settings.move_duration,
             ]),
-            Type::CALIBRATION => few([flag(persistent.calibration_enabled), 1.0]),
+            Type::CALIBRATION => few([flag(persistent.calibration_enabled), 0.0]),
             Type::PAYLOAD => {
                 let payload = settings.payload;
                 few([payload.m, payload.c_x, payload.c_y, payload.c_z])

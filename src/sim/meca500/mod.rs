@@ -14,8 +14,8 @@
 //! Where the manual is open there is a switch ([`Readings`]); where it is silent on a figure there
 //! is a documented choice.
 //!
-//! Leaves out: gravity (an arm with released brakes stays where it is), heat,
-//! wear, calibration (the calibrated geometry is the nominal one), logs.
+//! Leaves out: gravity (an arm with released brakes stays where it is), heat, wear, calibration (it is
+//! a robot that was never calibrated).
 
 mod compile;
 mod cyclic;
@@ -61,6 +61,6 @@ pub use settings::{
 };
 pub use standing::Standing;
 pub use store::StoreError;
-pub use text::{Controller, ProtocolSettings};
+pub use text::{Controller, LogKind, LogLine, ProtocolSettings};
 pub use tool::{GripperState, Part};
 pub use variables::SavedVariable;

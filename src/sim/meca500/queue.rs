@@ -17,6 +17,8 @@ use crate::wire::meca500::command::{MotionCommand, VelocityCommand};
 
 /// Most commands in the queue.
 pub(super) const CAPACITY: usize = 13_000;
+/// Commands whose turn has come, kept for whoever logs them.
+const MOST_BEGUN: usize = 4_096;
 /// Commands compiled ahead.
 pub(super) const COMPILED_AHEAD: usize = 25;
 
@@ -93,6 +95,9 @@ pub(super) struct Queue {
     compiled: VecDeque<Compiled>,
     waiting_commands: usize,
     compiled_commands: usize,
+    /// Commands whose turn has come, while somebody wants to know.
+    begun: VecDeque<MotionCommand>,
+    records_begun: bool,
 }
 
 impl Queue {
@@ -157,7 +162,32 @@ impl Queue {
     pub(super) fn pop(&mut self) -> Option<Step> {
         let compiled = self.compiled.pop_front()?;
         self.compiled_commands -= usize::from(compiled.item.takes_space());
+        if let (true, Item::Command(command)) = (self.records_begun, compiled.item) {
+            if self.begun.len() >= MOST_BEGUN {
+                self.begun.pop_front();
+            }
+            self.begun.push_back(command);
+        }
         Some(compiled.step)
+    }
+
+    /// The gripper force of the last command that sets it, in percent.
+    pub(super) fn last_gripper_force(&self) -> Option<f32> {
+        let compiled = self.compiled.iter().map(|compiled| &compiled.item);
+        compiled.chain(&self.waiting).rev().find_map(|item| match item {
+            Item::Command(MotionCommand::SetGripperForce(percent)) => Some(*percent),
+            _ => None,
+        })
+    }
+
+    /// Whether commands whose turn comes are kept for [`next_begun`](Self::next_begun).
+    pub(super) fn record_begun(&mut self, records: bool) {
+        self.records_begun = records;
+    }
+
+    /// The next command whose turn has come.
+    pub(super) fn next_begun(&mut self) -> Option<MotionCommand> {
+        self.begun.pop_front()
     }
 
     /// What the compiled entries do, in their order.

@@ -124,8 +124,19 @@ impl VirtualRobot {
             {
                 Err(Code::ARGUMENT_ERROR)
             }
+            // Faster only with all of the force. Source: PM L6616.
+            MotionCommand::SetGripperVel(percent)
+                if percent > 100.0 && self.gripper_force_to_be() < 100.0 =>
+            {
+                Err(Code::ARGUMENT_ERROR)
+            }
             _ => Ok(()),
         }
+    }
+
+    /// The gripper force in force once what is queued has been executed, in percent.
+    fn gripper_force_to_be(&self) -> f32 {
+        self.queue.last_gripper_force().unwrap_or(self.motion_settings.gripper_force)
     }
 
     fn check_state(&self, requires: Requirement) -> Result<(), Code> {

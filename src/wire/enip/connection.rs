@@ -193,14 +193,32 @@ impl<'a> ForwardOpenReply<'a> {
     ///
     /// They are cut off, or longer than they say.
     pub fn read(data: &'a [u8]) -> Result<Self, DecodeError> {
+        let (reply, mut reader) = Self::read_head(data)?;
+        Ok(Self { application: read_application(&mut reader)?, ..reply })
+    }
+
+    /// Reads a successful response of a device that may be careless about its end: what it adds behind the
+    /// intervals is passed over, be it more or less than it says.
+    ///
+    /// # Errors
+    ///
+    /// The response ends before its intervals do.
+    pub fn read_answer(data: &'a [u8]) -> Result<Self, DecodeError> {
+        Self::read_head(data).map(|(reply, _)| reply)
+    }
+
+    /// All but what the application adds, and where that begins.
+    fn read_head(data: &'a [u8]) -> Result<(Self, Reader<'a>), DecodeError> {
         let mut reader = Reader::new("Forward Open reply", data);
-        let o2t_id = reader.u32("O->T connection id")?;
-        let t2o_id = reader.u32("T->O connection id")?;
-        let triad = Triad::read(&mut reader)?;
-        let o2t_api_us = reader.u32("O->T API")?;
-        let t2o_api_us = reader.u32("T->O API")?;
-        let application = read_application(&mut reader)?;
-        Ok(Self { o2t_id, t2o_id, triad, o2t_api_us, t2o_api_us, application })
+        let reply = Self {
+            o2t_id: reader.u32("O->T connection id")?,
+            t2o_id: reader.u32("T->O connection id")?,
+            triad: Triad::read(&mut reader)?,
+            o2t_api_us: reader.u32("O->T API")?,
+            t2o_api_us: reader.u32("T->O API")?,
+            application: &[],
+        };
+        Ok((reply, reader))
     }
 
     /// Writes the data of a successful response and returns their length.

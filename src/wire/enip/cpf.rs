@@ -7,6 +7,9 @@ use core::net::{Ipv4Addr, SocketAddrV4};
 use super::bytes::{Reader, Writer};
 use super::error::DecodeError;
 
+/// The message that items stand in here, as errors name it.
+const MESSAGE: &str = "SendRRData";
+
 /// What an item holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct ItemType(pub u16);
@@ -77,6 +80,18 @@ impl<'a> Iterator for Items<'a> {
         self.left = self.left.checked_sub(1)?;
         next_item(&mut self.reader).ok()
     }
+}
+
+/// Reads the socket address of a careless device: the family in either byte order, whatever stands behind.
+fn read_careless_address(data: &[u8]) -> Result<SocketAddrV4, DecodeError> {
+    let mut reader = Reader::new("socket address item", data);
+    let family = u16::from_be_bytes(reader.array("family")?);
+    if ![family, family.swap_bytes()].contains(&2) {
+        return Err(reader.wrong("family", family, "2"));
+    }
+    let port = u16::from_be_bytes(reader.array("port")?);
+    let [a, b, c, d] = reader.array("address")?;
+    Ok(SocketAddrV4::new(Ipv4Addr::new(a, b, c, d), port))
 }
 
 /// Reads a socket address item: big-endian family 2, port, address, eight bytes that mean nothing.
@@ -154,39 +169,95 @@ impl<'a> Unconnected<'a> {
     /// The interface is not CIP, the items are malformed, the first two are not a null address and an
     /// unconnected message, or a direction has two socket addresses. Items of unknown types are passed over.
     pub fn read(data: &'a [u8]) -> Result<Self, DecodeError> {
-        const MESSAGE: &str = "SendRRData";
-        let mut reader = Reader::new(MESSAGE, data);
-        let interface = reader.u32("interface handle")?;
-        if interface != 0 {
-            return Err(reader.wrong("interface handle", interface, "0 (CIP)"));
+        let (timeout_s, mut reader, count) = Self::begin(data)?;
+        // All items are whole, and nothing follows the last one.
+        let mut rest = reader;
+        for _ in 0..count {
+            next_item(&mut rest)?;
         }
-        let timeout_s = reader.u16("timeout")?;
-        let mut items = items(reader.rest())?;
-        let missing = |field| DecodeError::Truncated { message: MESSAGE, field };
-        let address = items.next().ok_or(missing("address item"))?;
-        if address.kind != ItemType::NULL_ADDRESS {
-            return Err(reader.wrong("address item type", address.kind.0, "0 (unconnected)"));
-        }
-        if !address.data.is_empty() {
-            let len = u32::try_from(address.data.len()).unwrap_or(u32::MAX);
-            return Err(reader.wrong("address item length", len, "0"));
-        }
-        let data = items.next().ok_or(missing("data item"))?;
-        if data.kind != ItemType::UNCONNECTED_DATA {
-            return Err(reader.wrong("data item type", data.kind.0, "178 (unconnected data)"));
-        }
-        let mut unconnected = Self { timeout_s, ..Self::new(data.data) };
-        for item in items {
+        rest.end()?;
+        let mut unconnected = Self { timeout_s, ..Self::new(Self::message(&mut reader, count)?) };
+        for _ in 2..count {
+            let item = next_item(&mut reader)?;
             let slot = match item.kind {
                 ItemType::SOCKET_O2T => &mut unconnected.o2t_address,
                 ItemType::SOCKET_T2O => &mut unconnected.t2o_address,
                 _ => continue,
             };
             if slot.replace(read_socket_address(item.data)?).is_some() {
-                return Err(reader.wrong("socket address item type", item.kind.0, "there once"));
+                let (found, allowed) = (u32::from(item.kind.0), "there once");
+                let field = "socket address item type";
+                return Err(DecodeError::Value { message: MESSAGE, field, found, allowed });
             }
         }
         Ok(unconnected)
+    }
+
+    /// Reads the data of SendRRData as an answer, whose device may be careless about what stands behind its
+    /// message: an item there that cannot be read, or is cut off, and bytes behind the last item are passed over,
+    /// and the family of a socket address may stand in either byte order. Second comes what was wrong with a socket
+    /// address that was passed over.
+    ///
+    /// # Errors
+    ///
+    /// As [`read`](Self::read) for the first two items.
+    pub fn read_answer(data: &'a [u8]) -> Result<(Self, Option<DecodeError>), DecodeError> {
+        let (timeout_s, mut reader, count) = Self::begin(data)?;
+        let mut unconnected = Self { timeout_s, ..Self::new(Self::message(&mut reader, count)?) };
+        let mut flaw = None;
+        for _ in 2..count {
+            let Ok(item) = next_item(&mut reader) else {
+                let (message, field) = (MESSAGE, "items behind the message");
+                flaw = flaw.or(Some(DecodeError::Truncated { message, field }));
+                break;
+            };
+            let slot = match item.kind {
+                ItemType::SOCKET_O2T => &mut unconnected.o2t_address,
+                ItemType::SOCKET_T2O => &mut unconnected.t2o_address,
+                _ => continue,
+            };
+            match read_careless_address(item.data) {
+                Ok(address) => *slot = slot.or(Some(address)),
+                Err(error) => flaw = flaw.or(Some(error)),
+            }
+        }
+        Ok((unconnected, flaw))
+    }
+
+    /// What stands in front of the items: timeout, then the items and their number.
+    fn begin(data: &'a [u8]) -> Result<(u16, Reader<'a>, u16), DecodeError> {
+        let mut reader = Reader::new(MESSAGE, data);
+        let interface = reader.u32("interface handle")?;
+        if interface != 0 {
+            return Err(reader.wrong("interface handle", interface, "0 (CIP)"));
+        }
+        let timeout_s = reader.u16("timeout")?;
+        let mut items = Reader::new("common packet format", reader.rest());
+        let count = items.u16("item count")?;
+        Ok((timeout_s, items, count))
+    }
+
+    /// The message, from the first two of `count` items.
+    fn message(reader: &mut Reader<'a>, count: u16) -> Result<&'a [u8], DecodeError> {
+        let wrong =
+            |field, found, allowed| DecodeError::Value { message: MESSAGE, field, found, allowed };
+        let mut items = (0..count).map(|_| next_item(reader));
+        let missing = |field| DecodeError::Truncated { message: MESSAGE, field };
+        let address = items.next().ok_or(missing("address item"))??;
+        if address.kind != ItemType::NULL_ADDRESS {
+            let found = u32::from(address.kind.0);
+            return Err(wrong("address item type", found, "0 (unconnected)"));
+        }
+        if !address.data.is_empty() {
+            let len = u32::try_from(address.data.len()).unwrap_or(u32::MAX);
+            return Err(wrong("address item length", len, "0"));
+        }
+        let data = items.next().ok_or(missing("data item"))??;
+        if data.kind != ItemType::UNCONNECTED_DATA {
+            let found = u32::from(data.kind.0);
+            return Err(wrong("data item type", found, "178 (unconnected data)"));
+        }
+        Ok(data.data)
     }
 
     /// Puts the data of SendRRData behind a header.

@@ -3,7 +3,7 @@
 //! Source: PM Section 7 for the images; identity and assemblies from the vendor's published PLC projects,
 //! the revision differs with the firmware.
 
-use super::image::{INPUT_LEN, OUTPUT_LEN};
+use super::image::{INPUT_LEN, OUTPUT_LEN, RobotStatusFlags};
 use crate::wire::enip::identity::{Identity, ProductName};
 
 /// Assembly that O->T data go to: the output image.
@@ -16,6 +16,9 @@ pub const CONFIG_ASSEMBLY: u32 = 151;
 pub const OUTPUT_ASSEMBLY_LEN: u16 = OUTPUT_LEN as u16;
 /// Bytes of the input assembly.
 pub const INPUT_ASSEMBLY_LEN: u16 = INPUT_LEN as u16;
+/// Bit of the input image that is 1 while a connection only watches (MonitoringMode), counted from bit 0 of its
+/// first byte.
+pub const MONITORING_BIT: u16 = RobotStatusFlags::MONITORING_MODE.bits().trailing_zeros() as u16;
 /// Shortest interval that the robot accepts, in us.
 pub const MIN_RPI_US: u32 = 10_000;
 

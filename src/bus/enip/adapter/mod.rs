@@ -365,6 +365,13 @@ impl Adapter {
         self.target.connections.iter().map(connection::Connection::status)
     }
 
+    /// T->O frames that were given up since the adapter began anew: their deadlines passed in a stall too long to
+    /// be made up for.
+    #[must_use]
+    pub const fn frames_given_up(&self) -> u64 {
+        self.target.productions.given_up()
+    }
+
     /// Everything as after a power cycle: streams and connections are gone without a word, and so are events
     /// and inputs; [`Access`] stays and ids go on.
     pub fn restart(&mut self, seed: u64) {

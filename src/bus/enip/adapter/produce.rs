@@ -4,8 +4,7 @@
 //! else carries that of who only monitors, a group whose owner has left too. Otherwise an originator whose
 //! O->T frames got lost, and who still hears its group, would believe for ever that it controls the robot.
 //!
-//! Deadlines are absolute: each lies a whole number of intervals behind the first, so the mean gap is the
-//! API whatever the delay of single frames. Who comes too late for a deadline skips it.
+//! When a frame leaves is said in `deadlines`.
 //!
 //! Every frame counts up the encapsulation sequence number. The sequence count of the data counts up with
 //! the first frame after new inputs were set, equal or not, or the view changed, and stays while there are none: a consumer sees
@@ -14,6 +13,7 @@
 use core::net::SocketAddrV4;
 
 use super::{CONNECTIONS, MAX_IMAGE_LEN};
+use crate::bus::enip::deadlines::Deadlines;
 use crate::time::{Duration, Instant};
 use crate::wire::enip::io::IoFrame;
 
@@ -71,8 +71,7 @@ pub(super) struct Production {
     pub(super) api: Duration,
     /// Number of the group, if it goes to one.
     pub(super) group: Option<u16>,
-    /// When the next frame is due.
-    next_at: Instant,
+    deadlines: Deadlines,
     sequence: u32,
     data_sequence: u16,
     /// View and generation of the inputs that went out last; `None` before the first frame, which counts as
@@ -89,21 +88,22 @@ impl Production {
         api: Duration,
         group: Option<u16>,
     ) -> Self {
-        Self { id, to, api, group, next_at: now, sequence: 0, data_sequence: 0, last: None }
+        let deadlines = Deadlines::new(now, api);
+        Self { id, to, api, group, deadlines, sequence: 0, data_sequence: 0, last: None }
     }
 
-    /// Writes the frame that is due, if one is; its length.
+    /// Writes the frame that is due, if one is: its length, and how many were given up.
     fn produce(
         &mut self,
         now: Instant,
         inputs: &Inputs,
         view: View,
         room: &mut [u8],
-    ) -> Option<usize> {
-        if self.next_at > now {
+    ) -> Option<(usize, u64)> {
+        if self.deadlines.due() > now {
             return None;
         }
-        self.next_at = next_deadline(self.next_at, self.api, now);
+        let given_up = self.deadlines.pass(now);
         if self.last.replace((view, inputs.generation)) != Some((view, inputs.generation)) {
             self.data_sequence = self.data_sequence.wrapping_add(1);
         }
@@ -114,30 +114,21 @@ impl Production {
             data_sequence: self.data_sequence,
             data: inputs.view(view),
         };
-        frame.write(None, room).ok()
+        Some((frame.write(None, room).ok()?, given_up))
     }
-}
-
-/// The first deadline behind `now` of those that lie whole intervals behind `deadline`.
-fn next_deadline(deadline: Instant, api: Duration, now: Instant) -> Instant {
-    let next = deadline + api;
-    if next > now {
-        return next;
-    }
-    let interval = u64::try_from(api.as_nanos()).unwrap_or(u64::MAX).max(1);
-    let behind = now.as_nanos().saturating_sub(deadline.as_nanos());
-    deadline + Duration::from_nanos((behind / interval + 1).saturating_mul(interval))
 }
 
 /// All of them; connections name theirs by its place.
 #[derive(Debug)]
 pub(super) struct Productions {
     places: [Option<Production>; CONNECTIONS],
+    /// Frames whose deadlines passed in a stall too long to be made up for.
+    given_up: u64,
 }
 
 impl Productions {
     pub(super) const fn new() -> Self {
-        Self { places: [None; CONNECTIONS] }
+        Self { places: [None; CONNECTIONS], given_up: 0 }
     }
 
     pub(super) fn get(&self, place: usize) -> Option<&Production> {
@@ -175,7 +166,7 @@ impl Productions {
 
     /// When the next frame is due.
     pub(super) fn next_at(&self) -> Option<Instant> {
-        self.places.iter().flatten().map(|production| production.next_at).min()
+        self.places.iter().flatten().map(|production| production.deadlines.due()).min()
     }
 
     /// Writes a frame that is due into `room`: where it goes and its length. Frames for which there is no
@@ -187,26 +178,18 @@ impl Productions {
         owners: Option<usize>,
         room: &mut [u8],
     ) -> Option<(SocketAddrV4, usize)> {
-        self.places.iter_mut().enumerate().find_map(|(place, production)| {
+        let Self { places, given_up } = self;
+        places.iter_mut().enumerate().find_map(|(place, production)| {
             let production = production.as_mut()?;
             let view = if owners == Some(place) { View::Controlling } else { View::Monitoring };
-            production.produce(now, inputs, view, room).map(|len| (production.to, len))
+            let (len, lost) = production.produce(now, inputs, view, room)?;
+            *given_up = given_up.saturating_add(lost);
+            Some((production.to, len))
         })
     }
-}
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn deadlines_stay_on_their_grid() {
-        let (start, api) = (Instant::from_millis(5), Duration::from_millis(10));
-        let next = |now_us| next_deadline(start, api, Instant::from_micros(now_us));
-        assert_eq!(next(5_000), Instant::from_millis(15));
-        assert_eq!(next(14_999), Instant::from_millis(15));
-        assert_eq!(next(15_000), Instant::from_millis(25), "a deadline met twice is met once");
-        assert_eq!(next(1_004_000), Instant::from_millis(1_005));
-        assert_eq!(next_deadline(start, Duration::ZERO, start), start + Duration::from_nanos(1));
+    /// Frames that were given up so far.
+    pub(super) const fn given_up(&self) -> u64 {
+        self.given_up
     }
 }

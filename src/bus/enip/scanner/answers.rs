@@ -53,6 +53,8 @@ pub(super) struct Answer<'a> {
     pub(super) response: Response<'a>,
     pub(super) o2t_address: Option<SocketAddrV4>,
     pub(super) t2o_address: Option<SocketAddrV4>,
+    /// What is wrong with an address that it has and that cannot be read.
+    pub(super) flaw: Option<DecodeError>,
 }
 
 /// Reads an answer; `None` if it answers another service.
@@ -60,10 +62,11 @@ pub(super) fn answer<'a>(
     packet: &Packet<'a>,
     service: Service,
 ) -> Result<Option<Answer<'a>>, DecodeError> {
-    let unconnected = Unconnected::read(packet.data)?;
+    let (unconnected, flaw) = Unconnected::read_answer(packet.data)?;
     let response = Response::read(unconnected.message)?;
     let Unconnected { o2t_address, t2o_address, .. } = unconnected;
-    Ok((response.service == service).then_some(Answer { response, o2t_address, t2o_address }))
+    let answer = Answer { response, o2t_address, t2o_address, flaw };
+    Ok((response.service == service).then_some(answer))
 }
 
 /// Whether a refusal names another connection. Some targets name none: then it counts.
@@ -109,13 +112,14 @@ fn destination(peer: Ipv4Addr, told: Option<SocketAddrV4>) -> SocketAddrV4 {
 }
 
 /// The group of a multicast connection: what the answer says and nothing else.
-fn group(t2o_type: T2oType, told: Option<SocketAddrV4>) -> Result<Option<Ipv4Addr>, DecodeError> {
+fn group(t2o_type: T2oType, answer: &Answer<'_>) -> Result<Option<Ipv4Addr>, DecodeError> {
     const MESSAGE: &str = "Forward Open reply";
     if t2o_type == T2oType::Unicast {
         return Ok(None);
     }
     let field = "T->O socket address item (the group)";
-    let group = *told.ok_or(DecodeError::Truncated { message: MESSAGE, field })?.ip();
+    let missing = answer.flaw.unwrap_or(DecodeError::Truncated { message: MESSAGE, field });
+    let group = *answer.t2o_address.ok_or(missing)?.ip();
     if !group.is_multicast() {
         let (found, allowed) = (u32::from(group), "224.0.0.0 to 239.255.255.255");
         return Err(DecodeError::Value { message: MESSAGE, field, found, allowed });
@@ -130,7 +134,7 @@ pub(super) fn agreed(
     peer: Ipv4Addr,
     t2o_type: T2oType,
 ) -> Result<Option<Agreed>, DecodeError> {
-    let reply = ForwardOpenReply::read(answer.response.data)?;
+    let reply = ForwardOpenReply::read_answer(answer.response.data)?;
     if reply.triad != pending.triad {
         return Ok(None);
     }
@@ -140,7 +144,7 @@ pub(super) fn agreed(
         o2t_api: api("O->T API", reply.o2t_api_us)?,
         t2o_api: api("T->O API", reply.t2o_api_us)?,
         o2t_to: destination(peer, answer.o2t_address),
-        group: group(t2o_type, answer.t2o_address)?,
+        group: group(t2o_type, answer)?,
     }))
 }
 

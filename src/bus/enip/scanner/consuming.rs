@@ -48,6 +48,36 @@ struct Watch {
     dropped: Option<u32>,
     /// Length of frames since then that had the wrong one.
     wrong_len: Option<u16>,
+    control: Control,
+}
+
+/// What the frames say about who controls the target.
+#[derive(Clone, Copy, Debug)]
+enum Control {
+    /// Nothing that matters.
+    Unwatched,
+    /// They have this bit; it has not been 0 yet.
+    Awaited { bit: u16 },
+    /// The connection controls the target.
+    Held { bit: u16 },
+    /// It did, and only monitors since then.
+    Lost { bit: u16, since: Instant },
+}
+
+impl Control {
+    /// What an image says, which came now.
+    fn after(self, now: Instant, image: &[u8]) -> Self {
+        let (Self::Awaited { bit } | Self::Held { bit } | Self::Lost { bit, .. }) = self else {
+            return self;
+        };
+        let byte = image.get(usize::from(bit / 8)).copied().unwrap_or_default();
+        let monitors = byte & (1 << (bit % 8)) != 0;
+        match self {
+            _ if !monitors => Self::Held { bit },
+            Self::Held { .. } => Self::Lost { bit, since: now },
+            _ => self,
+        }
+    }
 }
 
 impl Watch {
@@ -55,6 +85,14 @@ impl Watch {
         match self.last {
             Some(_) => self.timeout,
             None => self.timeout.max(FIRST_FRAME_LIMIT),
+        }
+    }
+
+    /// When control counts as lost.
+    fn control_lost_at(&self) -> Option<Instant> {
+        match self.control {
+            Control::Lost { since, .. } => Some(since + self.timeout),
+            _ => None,
         }
     }
 }
@@ -75,6 +113,8 @@ pub(super) enum Silence {
     Nothing(Duration),
     /// Those that came had this many bytes.
     WrongLength(u16),
+    /// Those that came said for so long that the connection does not control the target any more.
+    ControlLost(Duration),
 }
 
 /// API times multiplier: at most 2^32 us times 512, far below the range of a duration.
@@ -94,10 +134,22 @@ impl Consumer {
         }
     }
 
-    /// A connection is open.
-    pub(super) fn start(&mut self, now: Instant, api: Duration, multiplier: TimeoutMultiplier) {
-        let timeout = timeout(api, multiplier);
-        self.watch = Some(Watch { timeout, fed: now, last: None, dropped: None, wrong_len: None });
+    /// A connection is open. `monitoring_bit` is the one by which its frames tell that it lost control.
+    pub(super) fn start(
+        &mut self,
+        now: Instant,
+        api: Duration,
+        multiplier: TimeoutMultiplier,
+        monitoring_bit: Option<u16>,
+    ) {
+        self.watch = Some(Watch {
+            timeout: timeout(api, multiplier),
+            fed: now,
+            last: None,
+            dropped: None,
+            wrong_len: None,
+            control: monitoring_bit.map_or(Control::Unwatched, |bit| Control::Awaited { bit }),
+        });
         self.has_news = false;
         self.age_cycles = None;
     }
@@ -111,13 +163,21 @@ impl Consumer {
 
     /// When the watchdog expires.
     pub(super) fn deadline(&self) -> Option<Instant> {
-        self.watch.map(|watch| watch.fed + watch.limit())
+        let watch = self.watch?;
+        let silence = watch.fed + watch.limit();
+        Some(watch.control_lost_at().map_or(silence, |lost| lost.min(silence)))
     }
 
     /// Whether the watchdog has expired, and why.
     pub(super) fn silence(&self, now: Instant) -> Option<Silence> {
-        let watch = self.watch.filter(|watch| now >= watch.fed + watch.limit())?;
-        Some(watch.wrong_len.map_or(Silence::Nothing(watch.limit()), Silence::WrongLength))
+        let watch = self.watch?;
+        if now >= watch.fed + watch.limit() {
+            return Some(
+                watch.wrong_len.map_or(Silence::Nothing(watch.limit()), Silence::WrongLength),
+            );
+        }
+        let is_lost = watch.control_lost_at().is_some_and(|lost| now >= lost);
+        is_lost.then_some(Silence::ControlLost(watch.timeout))
     }
 
     /// A frame of this connection arrived.
@@ -155,6 +215,7 @@ impl Consumer {
         watch.last = Some((frame.sequence, frame.data_sequence));
         watch.fed = now;
         (watch.dropped, watch.wrong_len) = (None, None);
+        watch.control = watch.control.after(now, frame.data);
         counters.consumed = counters.consumed.saturating_add(1);
         if !has_news {
             counters.repeated = counters.repeated.saturating_add(1);

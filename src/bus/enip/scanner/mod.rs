@@ -182,7 +182,7 @@ pub struct TargetCounters {
     pub missed: u64,
     /// Frames without new data.
     pub repeated: u64,
-    /// Production deadlines that passed without a frame.
+    /// Frames that were given up: their deadlines passed in a stall too long to be made up for.
     pub overruns: u64,
     /// Connections opened.
     pub opened: u64,
@@ -278,7 +278,7 @@ impl<T: AsRef<[Target]> + AsMut<[Target]>> Scanner<T> {
         if !self.has_begun {
             return Some(Instant::ZERO);
         }
-        self.targets.as_ref().iter().filter_map(|target| target.poll_timeout(self.early)).min()
+        self.targets.as_ref().iter().filter_map(Target::poll_timeout).min()
     }
 
     /// The next thing to do; ask until there is none. [`TRANSMIT_LEN`] bytes of `room` always suffice; what

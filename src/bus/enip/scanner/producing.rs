@@ -1,10 +1,11 @@
 //! Frames to the target, by absolute deadlines.
 //!
-//! The deadlines are whole intervals from the first frame on, so a frame that leaves late does not move the ones
-//! behind it. Of deadlines that pass without a frame, one frame is sent and the others are counted: a target
-//! that was starved gains nothing from a burst.
+//! When a frame leaves is said in `deadlines`. A caller with a beat of its own cannot come back half an interval
+//! behind a late frame, so a quarter is enough for what is overdue: its late cycle and the next one, which is in
+//! time, still send one frame each. What is early keeps half an interval.
 
 use super::{MAX_IMAGE_LEN, TargetCounters};
+use crate::bus::enip::deadlines::Deadlines;
 use crate::time::{Duration, Instant};
 use crate::wire::enip::NoRoom;
 use crate::wire::enip::io::IoFrame;
@@ -19,13 +20,11 @@ pub(super) struct Producer {
     schedule: Option<Schedule>,
 }
 
-/// When the next frame is due.
+/// What the next frame is numbered, and when it is due.
 #[derive(Clone, Copy, Debug)]
 struct Schedule {
     connection_id: u32,
-    api: Duration,
-    deadline: Instant,
-    last: Option<Instant>,
+    deadlines: Deadlines,
     sequence: u32,
     count: u16,
     beat: Beat,
@@ -43,45 +42,33 @@ enum Beat {
 }
 
 impl Schedule {
-    /// How much earlier than its deadline a frame may leave.
+    /// How much earlier than its deadline a frame may leave, and how long behind the one before.
     fn early(&self, early: Duration) -> Duration {
-        early.min(self.api / 2)
-    }
-
-    /// Frames keep this distance, so that a late one is not followed at once by an early one.
-    fn not_before(&self, early: Duration) -> Instant {
-        self.last.map_or(Instant::ZERO, |last| last + self.early(early))
+        early.min(self.deadlines.interval() / 2)
     }
 
     fn is_due(&self, now: Instant, early: Duration) -> bool {
-        now + self.early(early) >= self.deadline && now >= self.not_before(early)
+        let early = self.early(early);
+        let is_overdue = now >= self.deadlines.next();
+        let distance = if is_overdue { self.deadlines.interval() / 4 } else { early };
+        now + early >= self.deadlines.next() && now >= self.deadlines.behind_last(distance)
     }
 
     /// Lays the deadlines on the beat of a caller that has one: opening ends somewhere between two beats, and
     /// frames would stay late by that forever.
     fn align(&mut self, now: Instant, early: Duration) {
         if self.beat == Beat::Begun && !early.is_zero() {
-            let is_too_soon = now < self.not_before(early);
-            self.deadline = if is_too_soon { now + self.api } else { now };
+            let is_too_soon = now < self.deadlines.behind_last(self.early(early));
+            self.deadlines.lay(if is_too_soon { now + self.deadlines.interval() } else { now });
             self.beat = Beat::Settled;
         }
     }
 
-    /// A frame leaves. Returns the number of deadlines that passed without one.
+    /// A frame leaves. Returns the number of those that were given up.
     fn advance(&mut self, now: Instant) -> u64 {
         self.sequence = self.sequence.wrapping_add(1);
         self.count = self.count.wrapping_add(1);
-        self.last = Some(now);
-        self.deadline += self.api;
-        if self.deadline > now {
-            return 0;
-        }
-        let api_ns = self.api.as_nanos().max(1);
-        let missed = u64::try_from((now - self.deadline).as_nanos() / api_ns).unwrap_or(u64::MAX);
-        let missed = missed.saturating_add(1);
-        let skipped = u64::try_from(api_ns).unwrap_or(u64::MAX).saturating_mul(missed);
-        self.deadline += Duration::from_nanos(skipped);
-        missed
+        self.deadlines.pass(now)
     }
 }
 
@@ -106,10 +93,9 @@ impl Producer {
 
     /// Begins to produce: the first frame is due now.
     pub(super) const fn start(&mut self, now: Instant, connection_id: u32, api: Duration) {
-        let (sequence, count) = (1, 1);
-        let (last, beat) = (None, Beat::Unknown);
-        let schedule = Schedule { connection_id, api, deadline: now, last, sequence, count, beat };
-        self.schedule = Some(schedule);
+        let deadlines = Deadlines::new(now, api);
+        let (sequence, count, beat) = (1, 1, Beat::Unknown);
+        self.schedule = Some(Schedule { connection_id, deadlines, sequence, count, beat });
     }
 
     pub(super) const fn stop(&mut self) {
@@ -124,8 +110,8 @@ impl Producer {
     }
 
     /// When a frame must leave.
-    pub(super) fn wake(&self, early: Duration) -> Option<Instant> {
-        self.schedule.map(|schedule| schedule.deadline.max(schedule.not_before(early)))
+    pub(super) fn wake(&self) -> Option<Instant> {
+        self.schedule.map(|schedule| schedule.deadlines.due())
     }
 
     /// Writes the next frame if one is due.

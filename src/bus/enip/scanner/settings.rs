@@ -7,8 +7,8 @@ use crate::wire::enip::IO_PORT;
 use crate::wire::enip::parameters::{Priority, RUN_IDLE_LEN, SEQUENCE_LEN, TimeoutMultiplier};
 use crate::wire::enip::path::ElectronicKey;
 use crate::wire::meca500::adapter::{
-    CONFIG_ASSEMBLY, INPUT_ASSEMBLY, INPUT_ASSEMBLY_LEN, MIN_RPI_US, OUTPUT_ASSEMBLY,
-    OUTPUT_ASSEMBLY_LEN,
+    CONFIG_ASSEMBLY, INPUT_ASSEMBLY, INPUT_ASSEMBLY_LEN, MIN_RPI_US, MONITORING_BIT,
+    OUTPUT_ASSEMBLY, OUTPUT_ASSEMBLY_LEN,
 };
 
 /// Which configuration assembly the path names.
@@ -84,6 +84,13 @@ pub struct ConnectionSettings {
     pub multiplier: TimeoutMultiplier,
     /// How the target's frames travel.
     pub t2o_type: T2oType,
+    /// Bit of the input image that is 1 while the connection only watches, counted from bit 0 of the first byte. An
+    /// owner whose outputs do not arrive may go on receiving what the target produces to a group for others:
+    /// when its bit becomes 1 and stays so for the whole timeout, it has lost control, and its connection is
+    /// opened again. `None`: the image has no such bit.
+    ///
+    /// Source: choice.
+    pub monitoring_bit: Option<u16>,
     /// Priority of both directions.
     pub priority: Priority,
     /// UDP port of our I/O socket; told to the target in a socket address item when it is not 2222.
@@ -120,6 +127,7 @@ impl ConnectionSettings {
             t2o_rpi: rpi,
             multiplier: TimeoutMultiplier::from_factor(16).unwrap_or_default(),
             t2o_type: T2oType::Unicast,
+            monitoring_bit: Some(MONITORING_BIT),
             priority: Priority::Scheduled,
             io_port: IO_PORT,
             step_limit: Duration::from_secs(2),

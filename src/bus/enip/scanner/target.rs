@@ -282,7 +282,10 @@ impl Target {
         self.config = open.config;
         self.membership.wanted = group;
         self.producer.start(now, o2t_id, o2t_api);
-        self.consumer.start(now, t2o_api, self.settings.multiplier);
+        let is_owner = self.settings.kind == ConnectionKind::ExclusiveOwner;
+        // Frames to us alone end with the connection.
+        let monitoring_bit = self.settings.monitoring_bit.filter(|_| is_owner && group.is_some());
+        self.consumer.start(now, t2o_api, self.settings.multiplier, monitoring_bit);
         self.counters.opened = self.counters.opened.saturating_add(1);
         let (target, config, multicast) = (self.index, open.config, group);
         self.events.push(ScannerEvent::Opened { target, o2t_api, t2o_api, config, multicast });
@@ -557,6 +560,7 @@ impl Target {
             Silence::WrongLength(found) => {
                 Trouble::FrameSize { expected: self.settings.t2o_len, found }
             }
+            Silence::ControlLost(after) => Trouble::ControlLost { after },
         }
     }
 
@@ -565,7 +569,7 @@ impl Target {
         matches!(self.io, Io::Opening | Io::Open(_)) || self.farewell.is_some()
     }
 
-    pub(super) fn poll_timeout(&self, early: Duration) -> Option<Instant> {
+    pub(super) fn poll_timeout(&self) -> Option<Instant> {
         let stream = match self.session.stream {
             Stream::Down { retry_at } => self.needs_stream().then_some(retry_at),
             Stream::Connecting { deadline } => Some(deadline),
@@ -573,9 +577,7 @@ impl Target {
         };
         let io = match self.io {
             Io::Waiting { until } => Some(until),
-            Io::Open(_) => {
-                self.consumer.deadline().into_iter().chain(self.producer.wake(early)).min()
-            }
+            Io::Open(_) => self.consumer.deadline().into_iter().chain(self.producer.wake()).min(),
             Io::Idle | Io::Opening => None,
         };
         stream.into_iter().chain(io).min()

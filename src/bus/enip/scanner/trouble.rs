@@ -79,13 +79,23 @@ pub enum Trouble {
     },
     /// The frames have another size than was agreed.
     #[error(
-        "frames from the target carry {found} bytes instead of {expected}: set t2o_len to the length of its T->O assembly"
+        "frames from the target carry {found} bytes of inputs, and {expected} were agreed on: check which device and which firmware is at this address"
     )]
     FrameSize {
         /// Bytes of the input image that was agreed on.
         expected: u16,
         /// Bytes that came.
         found: u16,
+    },
+    /// Frames of its group come, but have said for so long that the connection does not control the target any
+    /// more.
+    #[error(
+        "the target has said for {} ms that this connection only watches: its outputs do not arrive any more, so check cable and target, and that a firewall lets UDP 2222 pass to the target",
+        after.as_millis()
+    )]
+    ControlLost {
+        /// How long.
+        after: Duration,
     },
 }
 
@@ -96,8 +106,10 @@ impl Trouble {
         match self {
             Self::Unreachable
             | Self::NoAnswer { .. }
-            | Self::Malformed { .. }
-            | Self::TimedOut { .. } => true,
+            | Self::TimedOut { .. }
+            | Self::ControlLost { .. } => true,
+            // TCP damages nothing: the next answer will be the same.
+            Self::Malformed { step, .. } => !matches!(*step, Step::ForwardOpen),
             Self::Encapsulation { status, .. } => !matches!(
                 *status,
                 EncapsulationStatus::UNSUPPORTED_VERSION | EncapsulationStatus::INVALID_COMMAND

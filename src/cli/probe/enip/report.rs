@@ -117,10 +117,10 @@ pub(super) struct ReportedFrames {
     pub(super) connection: usize,
     /// Interval that the robot granted.
     pub(super) api_us: f64,
-    /// Between two frames from the robot, told apart by a millisecond.
-    pub(super) gap_us: ReportedQuantiles,
+    /// Between two frames from the robot, told apart by a millisecond; `null` when fewer than two came.
+    pub(super) gap_us: Option<ReportedQuantiles>,
     /// Mean of these.
-    pub(super) mean_gap_us: f64,
+    pub(super) mean_gap_us: Option<f64>,
     pub(super) counters: ReportedCounters,
 }
 
@@ -286,8 +286,8 @@ fn frames(held: &Held, attempts: &[Attempt]) -> Option<ReportedFrames> {
     Some(ReportedFrames {
         connection: held.attempt + 1,
         api_us: us(opened.t2o_api),
-        gap_us: ReportedQuantiles::of_ns(gaps),
-        mean_gap_us: if gaps.is_empty() { 0.0 } else { gaps.mean() * 1e-3 },
+        gap_us: (!gaps.is_empty()).then(|| ReportedQuantiles::of_ns(gaps)),
+        mean_gap_us: (!gaps.is_empty()).then(|| gaps.mean() * 1e-3),
         counters: held.counters.into(),
     })
 }

@@ -131,16 +131,37 @@ fn add_frames(lines: &mut Lines, frames: &ReportedFrames) {
             counters.consumed, counters.missed, counters.out_of_order, counters.repeated
         ),
     );
-    let gap = &frames.gap_us;
-    lines.add(
-        "gaps",
-        format!(
-            "mean {:.3}   p50 {:.1}   p99 {:.1}   max {:.1} ms, granted {} ms",
-            frames.mean_gap_us * 1e-3,
+    let granted = format!("granted {} ms", frames.api_us * 1e-3);
+    let text = match (&frames.gap_us, frames.mean_gap_us) {
+        (Some(gap), Some(mean_us)) => format!(
+            "mean {:.3}   p50 {:.1}   p99 {:.1}   max {:.1} ms, {granted}",
+            mean_us * 1e-3,
             gap.p50 * 1e-3,
             gap.p99 * 1e-3,
             gap.max * 1e-3,
-            frames.api_us * 1e-3
         ),
-    );
+        _ => format!("too few frames came to tell, {granted}"),
+    };
+    lines.add("gaps", text);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bus::enip::scanner::TargetCounters;
+
+    #[test]
+    fn without_gaps_there_are_no_figures_of_them() {
+        let mut lines = Lines::default();
+        let frames = ReportedFrames {
+            connection: 1,
+            api_us: 10_000.0,
+            gap_us: None,
+            mean_gap_us: None,
+            counters: TargetCounters::default().into(),
+        };
+        add_frames(&mut lines, &frames);
+        assert!(lines.0.contains("too few frames came to tell, granted 10 ms"), "{}", lines.0);
+        assert!(!lines.0.contains("mean"), "{}", lines.0);
+    }
 }

@@ -15,6 +15,7 @@ use serde_json::{Map, Value, json};
 
 use super::dispatch::Refused;
 use super::format as text_format;
+use super::log::LogKind;
 use crate::sim::meca500::robot::VirtualRobot;
 use crate::sim::meca500::variables::check_value;
 use crate::wire::meca500::code::Code;
@@ -69,13 +70,14 @@ impl VirtualRobot {
                 .and_then(|value| self.set_variable_now(text("name"), value)),
             "DeleteVariable" => self.delete_variable_now(text("name")),
             "ConnectionWatchdog" => match data.get("timeout").and_then(Value::as_f64) {
-                Some(seconds) if (0.0..=4_294_967.5).contains(&seconds) => {
+                Some(seconds) if seconds == 0.0 || (0.001..=4_294_967.5).contains(&seconds) => {
                     self.set_watchdog(seconds as f32);
                     Ok(())
                 }
                 _ => Err(Code::ARGUMENT_ERROR.into()),
             },
             "LogTrace" => {
+                self.write_log(LogKind::Trace, text("trace"));
                 self.answer(Code::COMMAND_SUCCESSFUL, &text_format::success("LogTrace"));
                 Ok(())
             }

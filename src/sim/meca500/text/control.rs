@@ -7,6 +7,7 @@ use alloc::string::String;
 use super::dispatch::Refused;
 use super::face::Port;
 use super::format as text_format;
+use super::log::LogKind;
 use crate::sim::meca500::lifecycle::Lifecycle;
 use crate::sim::meca500::readings::EndOfMovementAfterPause;
 use crate::sim::meca500::robot::VirtualRobot;
@@ -14,6 +15,9 @@ use crate::sim::meca500::settings::{FieldbusMode, NetworkSettings, PStop2Mode, S
 use crate::time::Duration;
 use crate::wire::meca500::code::Code;
 use crate::wire::meca500::text::{Argument, ParsedCommand, Value};
+
+/// Shortest time of a connection watchdog. Source: PM L3158.
+const SHORTEST_WATCHDOG_S: f32 = 0.001;
 
 /// The first argument as it was written, without quotation marks.
 pub(super) fn first_text<'a>(parsed: &ParsedCommand<'a>) -> &'a str {
@@ -87,6 +91,9 @@ impl VirtualRobot {
                 Ok(())
             }
             "ConnectionWatchdog" => {
+                if number > 0.0 && number < SHORTEST_WATCHDOG_S {
+                    return Err(Code::ARGUMENT_ERROR.into());
+                }
                 self.set_watchdog(number);
                 Ok(())
             }
@@ -159,8 +166,16 @@ impl VirtualRobot {
                 let id: u32 = first_text(parsed).parse().map_err(|_| Code::ARGUMENT_ERROR)?;
                 self.answer(Code(2097), &format!("{id}"));
             }
-            // The robot keeps no log and captures nothing: these are answered and no more.
-            "LogTrace" | "LogUserCommands" => done(self),
+            "LogTrace" => {
+                self.write_log(LogKind::Trace, first_text(parsed));
+                done(self);
+            }
+            "LogUserCommands" => {
+                let [_, beginnings, ..] = parsed.numbers();
+                self.log_user_commands(is_on, beginnings == 1.0);
+                done(self);
+            }
+            // Nothing is captured: there is no MecaPortal to fetch a capture with.
             "TcpDump" => {
                 let seconds: u32 = first_text(parsed).parse().map_err(|_| Code::ARGUMENT_ERROR)?;
                 self.text.dump_ends = Some(self.now + Duration::from_secs(seconds.into()));

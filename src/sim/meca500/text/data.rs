@@ -95,8 +95,8 @@ impl VirtualRobot {
                 let codes = self.text.optional.codes().map(|code| code.0);
                 (2117, text_format::integers(codes))
             }
-            // The emulated arm's calibrated geometry is the nominal one.
-            "GetRobotCalibrated" => (2122, "1".into()),
+            // Nobody ever did, so that SetCalibrationCfg has nothing to switch. Source: PM L3491.
+            "GetRobotCalibrated" => (2122, "0".into()),
             "GetRobotName" => (2095, network.robot_name.clone()),
             "GetRobotSerial" => (2083, format!("{}", self.settings.serial_number)),
             "GetSimModeCfg" => {

@@ -92,6 +92,10 @@ impl TextDevice for VirtualRobot {
     fn drops_control(&self) -> bool {
         self.text.drops_control
     }
+
+    fn keep_alive_packets(&self) -> u8 {
+        self.text.keep_alive_packets
+    }
 }
 
 fn write_next(message: Option<alloc::string::String>, into: &mut dyn fmt::Write) -> bool {

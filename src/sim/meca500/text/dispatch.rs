@@ -44,6 +44,7 @@ impl VirtualRobot {
         self.listen_to_text();
         // What happened before belongs in front of the answer.
         self.observe_text();
+        self.log_received(line);
         if !self.put_aside(line) {
             self.perform(line);
             self.take_up_waiting();
@@ -53,11 +54,13 @@ impl VirtualRobot {
     /// Acts on a line that does not have to wait.
     pub(super) fn perform(&mut self, line: &str) {
         self.text.in_command = true;
+        self.log_answers_of(line);
         if let Err(refused) = self.dispatch(line) {
             self.tell_refusal(line, refused);
         }
         self.observe_text();
         self.text.in_command = false;
+        self.log_answers_again();
         self.text.answered.clear();
     }
 

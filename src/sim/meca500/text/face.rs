@@ -4,6 +4,7 @@ use alloc::collections::VecDeque;
 use alloc::string::String;
 use alloc::vec::Vec;
 
+use super::log::{Log, LogKind};
 use super::outbox::Outbox;
 use super::program::Saving;
 use super::protocol::Controller;
@@ -70,6 +71,8 @@ pub(in crate::sim::meca500) struct TextFace {
     pub(super) waiting: VecDeque<String>,
     /// SetVariablesMonitoring.
     pub(super) tells_variables: bool,
+    /// The robot's log.
+    pub(super) log: Log,
     /// TcpDump: when it ends.
     pub(super) dump_ends: Option<Instant>,
     /// SetNetworkOptions as the last boot found it.
@@ -106,6 +109,7 @@ impl TextFace {
             saving: None,
             waiting: VecDeque::new(),
             tells_variables: false,
+            log: Log::default(),
             dump_ends: None,
             keep_alive_packets,
             bus_before: None,
@@ -121,6 +125,7 @@ impl TextFace {
         self.shown = before.shown;
         self.next_cycle = before.next_cycle;
         self.bus_before = before.bus_before;
+        self.log = before.log.after_boot();
     }
 
     /// Nanoseconds until the face has something to do; `None` if it has not.
@@ -164,11 +169,15 @@ impl VirtualRobot {
             Port::Control | Port::Both => true,
             Port::Monitoring => is_copied,
         };
-        if to_control && text.has_control() {
+        let is_sent = to_control && text.has_control();
+        if is_sent {
             text.control.push(message.clone());
         }
+        if is_sent && port != Port::Monitoring && text.log.logs_commands() {
+            self.write_log(LogKind::Sent, &message);
+        }
         if port != Port::Control {
-            text.monitoring.push(message);
+            self.text.monitoring.push(message);
         }
     }
 

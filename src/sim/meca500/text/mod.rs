@@ -15,8 +15,8 @@
 //! ([`outbox`]); while nobody ever used the face, it costs the robot nothing.
 //!
 //! Leaves out: the streams, their terminators and the limit of a line, which belong to the server;
-//! the robot's log, captures of its network, messages 2226 and 3048, which the manual does not
-//! explain well enough.
+//! captures of the robot's network; messages 2226 and 3048, which the manual does not explain well
+//! enough.
 
 mod accessory;
 mod client;
@@ -27,6 +27,7 @@ mod dispatch;
 mod face;
 mod format;
 mod line;
+mod log;
 mod monitoring;
 mod motion;
 mod observe;
@@ -41,4 +42,5 @@ mod work_zone;
 
 pub(super) use face::TextFace;
 pub(super) use format::command_line;
+pub use log::{LogKind, LogLine};
 pub use protocol::{Controller, ProtocolSettings};

@@ -24,6 +24,7 @@ impl VirtualRobot {
             return;
         }
         self.watch_connection();
+        self.log_beginnings();
         if !self.is_online() {
             // Nobody is connected; what changes meanwhile is told after the boot.
             return;

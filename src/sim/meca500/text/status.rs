@@ -145,16 +145,16 @@ impl VirtualRobot {
         [emulated, self.tool.fitted().number(), homed, overheated, overheated]
     }
 
-    /// 2079: gripper present, homed, holding a part, opening reached, in error, overheated. The
-    /// manual names the fields by two letters only.
+    /// 2079: gripper present, homed, holding a part, at its target or at an end of its range, in
+    /// error, overheated. The manual names the fields by two letters only. Source: client
     pub(super) fn legacy_gripper(&self) -> [u8; 6] {
         if !self.tool.is_gripper() {
             return [0; 6];
         }
         let state = self.gripper_state();
+        let has_arrived = state.target_reached || state.closed || state.open;
         let hot = self.tool.overheated;
-        [true, self.tool.is_homed(), state.holding_part, state.target_reached, hot, hot]
-            .map(u8::from)
+        [true, self.tool.is_homed(), state.holding_part, has_arrived, hot, hot].map(u8::from)
     }
 
     /// Says which parts of the state differ from what was told; everything if nothing was.

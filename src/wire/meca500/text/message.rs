@@ -121,7 +121,7 @@ pub enum MessageValue<'a> {
 }
 
 impl<'a> MessageValue<'a> {
-    fn read(text: &'a str) -> Self {
+    pub(super) fn read(text: &'a str) -> Self {
         if let Some(list) = inside_brackets(text) {
             return Self::List(MessageValues { elements: Elements::of(list) });
         }

@@ -18,7 +18,8 @@
 //! Invariants: no line makes the parser panic; a number that passed is finite and in the range of
 //! [`COMMANDS`](super::command::COMMANDS); an error's column is that of the offending text.
 //!
-//! The other direction is a [`Message`], `[code][values]`: an answer, or news that nobody asked for.
+//! The other direction is a [`Message`], `[code][values]`: an answer, or news that nobody asked for; [`value`]
+//! reads what it says.
 //! What the codes mean is in [`code`](super::code).
 
 mod accessory;
@@ -35,6 +36,7 @@ mod program;
 mod quotes;
 mod real_time;
 mod spec;
+pub mod value;
 mod variable;
 mod work_zone;
 
@@ -44,7 +46,9 @@ pub use format::CommandText;
 pub use message::{
     Message, MessageError, MessageValue, MessageValues, MessageWriter, RobotNumber, write_message,
 };
-pub use parse::{Argument, Arguments, ParsedCommand, Value, parse_command, parse_line};
+pub use parse::{
+    Argument, Arguments, ParsedCommand, Value, parse_command, parse_line, without_comment,
+};
 pub use program::{ProgramError, ProgramErrorReason, Statement};
 pub use quotes::Elements;
 pub use spec::{

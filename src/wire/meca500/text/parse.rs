@@ -165,8 +165,9 @@ fn trim(piece: Piece<'_>) -> Piece<'_> {
     Piece { text: without_front.trim_end(), offset }
 }
 
-/// The line up to its comment: `//` or `#` outside quotation marks.
-fn without_comment(line: &str) -> &str {
+/// The line up to its comment: `//` or `#` outside quotation marks. A robot knows no comments.
+#[must_use]
+pub fn without_comment(line: &str) -> &str {
     let mut quotes = Quotes::of_line();
     let mut previous = 0;
     for (position, byte) in line.bytes().enumerate() {
