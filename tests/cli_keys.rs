@@ -7,12 +7,10 @@
 #[path = "support/loopback.rs"]
 mod loopback;
 #[path = "support/namespaces.rs"]
-#[allow(dead_code)]
 mod namespaces;
 
 use std::fs::File;
 use std::io::{Read, Write};
-use std::os::fd::OwnedFd;
 use std::process::{Child, Command, Stdio};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
@@ -73,7 +71,7 @@ impl Terminal {
             .spawn()
             .expect("it starts");
         let shown = Arc::new(Mutex::new(Vec::new()));
-        let master = File::from(OwnedFd::from(master));
+        let master = File::from(master);
         let (mut reader, log) =
             (master.try_clone().expect("there are descriptors"), Arc::clone(&shown));
         thread::spawn(move || {

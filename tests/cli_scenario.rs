@@ -101,7 +101,7 @@ fn a_blocked_joint_ends_a_move_with_an_error() {
     control.ask("ResetError", "[2005]");
     control.ask("ResumeMotion", "[2043]");
     control.ask("MoveJoints(40, 0, 0, 0, 0, 0)", "[3012]");
-    control.ask("GetJoints", "[2026][40,0,0,0,0,0]");
+    control.ask("GetJoints", "[2026][40.0000,0.0000,");
     end(serving);
 }
 
@@ -195,9 +195,10 @@ fn what_a_robot_keeps_outlives_the_process() {
     control.ask("SetRobotName(left-arm)", "[");
     control.ask("SetPStop2Cfg(2)", "[2178]");
     control.ask("SetJointLimits(1, -90, 91.5)", "[2092]");
+    control.ask("SetJointLimitsCfg(1)", "[2093]");
     control.ask("CreateVariable(width, 12.5, 10001)", "[");
     control.ask("StartSaving(1)", "[2060]");
-    control.ask("MoveJoints(*vars.width, 0, 0, 0, 0, 0)", "");
+    control.ask("MoveJoints(vars.width, 0, 0, 0, 0, 0)", "");
     control.ask("SetOfflineProgramLoop(1)", "");
     control.ask("StopSaving", "[2061][1 commands saved.]");
     // Another process keeps away meanwhile.
@@ -216,14 +217,14 @@ fn what_a_robot_keeps_outlives_the_process() {
     activate_and_home(&mut control);
     control.ask("StartProgram(1)", "[2063]");
     control.expect("[3012]");
-    control.ask("GetJoints", "[2026][12.5,0,0,0,0,0]");
+    control.ask("GetJoints", "[2026][12.5000,0.0000,");
     drop(control);
     end(serving);
 
     // The arm stays where it was.
     let serving = serve(&arguments);
     let mut control = Line::controlling(&address);
-    control.ask("GetJoints", "[2026][12.5,0,0,0,0,0]");
+    control.ask("GetJoints", "[2026][12.5000,0.0000,");
     drop(control);
     end(serving);
 }

@@ -132,6 +132,24 @@ impl Drop for Keys {
     }
 }
 
+/// What was typed without what arrow keys and the like send, which is full of letters nobody typed: ESC,
+/// `[` and all up to a final byte, ESC `O` and a byte, or ESC and a key that was pressed with Alt.
+fn single_keys(typed: &[u8]) -> Vec<u8> {
+    let (mut keys, mut rest) = (Vec::new(), typed.iter().copied());
+    while let Some(key) = rest.next() {
+        if key != ESCAPE {
+            keys.push(key);
+            continue;
+        }
+        match rest.next() {
+            Some(b'[') => drop(rest.find(|byte| (0x40..=0x7E).contains(byte))),
+            Some(b'O') => drop(rest.next()),
+            Some(_) | None => {}
+        }
+    }
+    keys
+}
+
 /// Hands over keys until it is over or the terminal is gone.
 fn listen(sender: &Sender<u8>, is_over: &AtomicBool) -> Result<(), Errno> {
     let limit = Timespec::try_from(WAIT).map_err(|_| Errno::INVAL)?;
@@ -159,9 +177,8 @@ fn listen(sender: &Sender<u8>, is_over: &AtomicBool) -> Result<(), Errno> {
             Err(Errno::INTR | Errno::AGAIN) => continue,
             Err(error) => return Err(error),
         };
-        for key in room.into_iter().take(count) {
+        for key in single_keys(room.get(..count).unwrap_or_default()) {
             match key {
-                ESCAPE => break,
                 CTRL_Z => {
                     give_back(Modes::Found);
                     kill_current_process_group(Signal::TSTP)?;
@@ -176,4 +193,23 @@ fn listen(sender: &Sender<u8>, is_over: &AtomicBool) -> Result<(), Errno> {
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arrow_keys_are_no_letters() {
+        for (typed, keys) in [
+            (&b"e\x1b[Aq"[..], &b"eq"[..]),
+            (b"\x1b[1;5Cp\x1bOPr\x1bec", b"prc"),
+            (b"\x1b", b""),
+            (b"\x1b[", b""),
+            (b"\x1b[12", b""),
+            (b"bq", b"bq"),
+        ] {
+            assert_eq!(single_keys(typed), keys, "{typed:?}");
+        }
+    }
 }

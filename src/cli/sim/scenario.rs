@@ -255,7 +255,9 @@ mod tests {
         let told =
             played("wait activated\n+50ms pstop2 press\n100ms pstop2 release", &mut bench, 400);
         assert_eq!(times(&told, "waits until the robot is activated"), [0]);
-        let [activated] = times(&told, "is so: ")[..] else { panic!("{told:?}") };
+        let ends = times(&told, "is so: ");
+        assert_eq!(ends.len(), 1, "{told:?}");
+        let activated = ends[0];
         assert!((199..=201).contains(&activated), "{told:?}");
         assert_eq!(times(&told, "P-Stop 2 pressed"), [activated + 50]);
         // Its own time was over long before.

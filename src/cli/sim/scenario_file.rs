@@ -419,7 +419,7 @@ mod tests {
     use super::*;
 
     fn events(text: &str) -> Vec<Event> {
-        parse(text, 2).unwrap_or_else(|mistakes| panic!("{mistakes:?}")).events
+        parse(text, 2).expect(text).events
     }
 
     fn only(text: &str) -> Event {
