@@ -67,7 +67,7 @@ impl Bench {
 
     /// Lets all of them live for a while.
     pub(super) fn pass(&mut self, time: crate::time::Duration) {
-        self.now = self.now + time;
+        self.now += time;
         for robot in &mut self.robots {
             robot.get_mut().advance(self.now);
         }
