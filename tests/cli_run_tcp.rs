@@ -9,6 +9,8 @@ mod cli_support;
 mod loopback;
 #[path = "support/namespaces.rs"]
 mod namespaces;
+#[path = "support/serving.rs"]
+mod serving;
 
 use std::net::{TcpListener, TcpStream};
 use std::time::Duration;
@@ -22,9 +24,7 @@ use serde_json::Value;
 const LONG: Duration = Duration::from_secs(90);
 
 fn serve(address: &str) -> Running {
-    let mut serving = Running::start(&mut fieldarm(&["sim", "--tcp", address]));
-    serving.wait_for("Ctrl-C ends it", LONG);
-    serving
+    serving::serve(&["--tcp", address])
 }
 
 fn report(scratch: &Scratch, directory: &str) -> Value {
@@ -151,8 +151,7 @@ fn a_robot_at_its_ports_runs_programs_one_after_another() {
             );
         }
     }
-    let (status, said) = serving.interrupt(LONG);
-    assert_eq!(status.code(), Some(0), "{said}");
+    serving::end(serving);
 }
 
 #[test]

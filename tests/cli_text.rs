@@ -8,18 +8,17 @@ mod cli_support;
 mod loopback;
 #[path = "support/namespaces.rs"]
 mod namespaces;
+#[path = "support/serving.rs"]
+mod serving;
 
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::process::Stdio;
-use std::time::Duration;
 
 use cli_support::{Ended, fieldarm, run, run_with_input};
 use loopback::address;
 use namespaces::Running;
-
-/// Far longer than anything here takes.
-const LONG: Duration = Duration::from_secs(60);
+use serving::{LONG, serve};
 
 struct Robot {
     serving: Running,
@@ -29,9 +28,7 @@ struct Robot {
 impl Robot {
     fn start() -> Self {
         let address = address().to_string();
-        let mut serving = Running::start(&mut fieldarm(&["sim", "--tcp", &address]));
-        serving.wait_for("Ctrl-C ends it", LONG);
-        Self { serving, address }
+        Self { serving: serve(&["--tcp", &address]), address }
     }
 
     fn text(&self, options: &[&str], input: &str) -> Ended {

@@ -11,15 +11,14 @@ use std::thread;
 use super::link_name::TcpName;
 use super::run_link::{AnyLink, MemoryLink, Ports, SocketLink, ports};
 use super::run_words;
+use crate::cli::ending::Endings;
 use crate::cli::exit::{Exit, Failure};
-use crate::cli::grid::print;
 use crate::cli::order::OrderName;
 use crate::cli::report::{Report, ReportedTcp, Settings, Sources};
 use crate::cli::run_program::{self, set_nothing_moves};
 use crate::cli::source::Source;
 use crate::cli::virtual_robot::{self, SimArgs};
 use crate::cli::watch::{self, Watcher};
-use crate::cli::{report_files, summary};
 use crate::link::clock::MonotonicClock;
 use crate::run::outcome::Outcome;
 use crate::run::program::Program;
@@ -155,7 +154,7 @@ fn drive_all(run: &TcpRun<'_>, robots: &mut [Robot<'_>]) -> Vec<Ended> {
 /// Reports, messages and the exit code.
 fn tell(run: &TcpRun<'_>, robots: &[Robot<'_>], ended: &[Ended]) -> Result<Exit, Failure> {
     let count = robots.len();
-    let (mut told, mut exits, mut failures) = (Vec::new(), Vec::new(), Vec::new());
+    let mut endings = Endings::of(count);
     let places = run.directories.iter().zip(&run.titles);
     for (number, ((robot, Ended { outcome, wall_time }), (directory, title))) in
         (1..).zip(robots.iter().zip(ended).zip(places))
@@ -168,7 +167,6 @@ fn tell(run: &TcpRun<'_>, robots: &[Robot<'_>], ended: &[Ended]) -> Result<Exit,
             runner.records(),
             runner.lost(),
         );
-        exits.push(exit);
         let report = Report::new(
             number,
             source.name.clone(),
@@ -188,29 +186,13 @@ fn tell(run: &TcpRun<'_>, robots: &[Robot<'_>], ended: &[Ended]) -> Result<Exit,
                 wall_time_s: wall_time.as_secs_f64(),
             },
         );
-        if !message.is_empty() {
-            // Editors find a place in a file only at the beginning of a line.
-            let message = if count == 1 { message } else { format!("robot {number}:\n{message}") };
-            failures.push(Failure { exit, message, is_located: true });
-        }
-        let written = directory
-            .as_ref()
-            .map(|directory| report_files::write(directory, title, &report, recording));
-        // What happened is worth telling even where it could not be written down.
-        let files = written.transpose().unwrap_or_else(|failure| {
-            failures.push(failure);
-            None
-        });
-        told.push((report, files.unwrap_or_default()));
+        endings.add((exit, message), report, recording, directory.as_deref(), title);
     }
-    print(&match &told[..] {
-        [(report, files)] => summary::of_one(report, files),
-        several => summary::of_several(several),
-    })?;
+    let told = endings.tell();
     if ended.len() < count {
         return Err(Failure::internal("a robot's thread failed"));
     }
-    Failure::all(failures).map_or(Ok(Exit::worst(exits)), Err)
+    told
 }
 
 fn settings(run: &TcpRun<'_>, robots: usize) -> Settings {

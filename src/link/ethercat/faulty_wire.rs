@@ -18,6 +18,7 @@ use std::io;
 use std::prelude::v1::*;
 
 use super::wire::{MAX_FRAME, Wire};
+use crate::link::fault_plan::Draws;
 use crate::time::{Duration, Instant};
 
 /// Longest time that a frame is held back.
@@ -95,21 +96,8 @@ impl core::fmt::Display for WireFault {
     }
 }
 
-/// Which faults come, and how often.
-#[derive(Clone, Debug)]
-pub struct FaultPlan {
-    /// A fault and the chance that a frame meets it, in 1/1000; looked at in this order.
-    pub chances: Vec<(WireFault, u16)>,
-    /// Where the random numbers begin.
-    pub seed: u64,
-    /// Number of faults after which the wire is perfect; `None` is no end.
-    pub limit: Option<u32>,
-}
-
-impl FaultPlan {
-    /// A perfect wire.
-    pub const NONE: Self = Self { chances: Vec::new(), seed: 0, limit: None };
-}
+/// Which faults of a wire come, and how often.
+pub type FaultPlan = crate::link::fault_plan::FaultPlan<WireFault>;
 
 /// The end of the wire at which the faults are made: it says which way a frame goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -145,10 +133,7 @@ pub struct FaultyWire<W> {
 /// All of a [`FaultyWire`] but the wire.
 struct Faults {
     end: WireEnd,
-    plan: FaultPlan,
-    random: fastrand::Rng,
-    made: u32,
-    last: Option<WireFault>,
+    draws: Draws<WireFault>,
     injected: Option<WireFault>,
     injected_received: Option<WireFault>,
     down_until: Option<Instant>,
@@ -167,10 +152,7 @@ impl<W: Wire> FaultyWire<W> {
     pub fn new(wire: W, end: WireEnd, plan: FaultPlan) -> Self {
         let faults = Faults {
             end,
-            random: fastrand::Rng::with_seed(plan.seed),
-            plan,
-            made: 0,
-            last: None,
+            draws: Draws::new(plan),
             injected: None,
             injected_received: None,
             down_until: None,
@@ -195,13 +177,13 @@ impl<W: Wire> FaultyWire<W> {
     /// Number of faults made so far.
     #[must_use]
     pub const fn faults_made(&self) -> u32 {
-        self.faults.made
+        self.faults.draws.made()
     }
 
     /// The newest fault.
     #[must_use]
     pub const fn last_fault(&self) -> Option<WireFault> {
-        self.faults.last
+        self.faults.draws.last()
     }
 
     /// Whether no frame is held back and the link is up.
@@ -254,26 +236,13 @@ impl Faults {
             Direction::Received => self.injected_received.take(),
             Direction::Sent => None,
         };
-        let drawn = match received.or_else(|| self.injected.take()) {
-            Some(fault) => Some(fault),
-            None if self.plan.limit.is_some_and(|limit| self.made >= limit) => None,
-            None => {
-                let random = &mut self.random;
-                let chances = self.plan.chances.iter();
-                let mut met = chances.filter(|(_, per_mille)| random.u16(0..1000) < *per_mille);
-                met.next().map(|(fault, _)| *fault)
-            }
-        };
-        if drawn.is_some() {
-            self.made = self.made.saturating_add(1);
-            self.last = drawn;
-        }
-        drawn
+        let injected = received.or_else(|| self.injected.take());
+        self.draws.draw(injected)
     }
 
     /// Whether frames pass as if nothing stood in their way: none meets a fault, none is held back.
     fn are_none(&self) -> bool {
-        self.plan.chances.is_empty()
+        self.draws.plans_none()
             && self.injected.or(self.injected_received).is_none()
             && self.held.is_empty()
             && self.down_until.is_none()
@@ -284,7 +253,7 @@ impl Faults {
     }
 
     fn begin_link_down(&mut self, now: Instant) {
-        self.down_until = Some(now + Duration::from_millis(self.random.u64(LINK_DOWN_MS)));
+        self.down_until = Some(now + Duration::from_millis(self.draws.random.u64(LINK_DOWN_MS)));
         self.is_told = false;
         // What is on its way is lost too.
         self.spare.extend(self.held.drain(..).map(|held| held.buffer));
@@ -350,7 +319,7 @@ impl Faults {
                 self.hold(direction, frame, now, false);
             }
             Some(WireFault::Delay) => {
-                let delay_us = self.random.u64(100..=LONGEST_DELAY.as_micros() as u64);
+                let delay_us = self.draws.random.u64(100..=LONGEST_DELAY.as_micros() as u64);
                 if self.hold(direction, frame, now + Duration::from_micros(delay_us), false) {
                     return None;
                 }
@@ -362,7 +331,7 @@ impl Faults {
             }
             Some(WireFault::Reorder) => {}
             Some(WireFault::Truncate) if length > ETHERNET_HEADER => {
-                return Some(self.random.usize(ETHERNET_HEADER..length));
+                return Some(self.draws.random.usize(ETHERNET_HEADER..length));
             }
             Some(WireFault::Truncate) => {}
             Some(WireFault::Corrupt) => {
@@ -370,7 +339,7 @@ impl Faults {
                     WireEnd::MainDevice => direction == Direction::Received,
                     WireEnd::Subdevices => direction == Direction::Sent,
                 };
-                corrupt(&mut self.random, frame, goes_back);
+                corrupt(&mut self.draws.random, frame, goes_back);
             }
             Some(WireFault::LinkDown) => {
                 self.begin_link_down(now);
