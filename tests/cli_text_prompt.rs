@@ -17,7 +17,9 @@ use std::time::{Duration, Instant};
 use cli_support::{Scratch, fieldarm};
 use loopback::address;
 use namespaces::Running;
+use rustix::process::{Pid, Signal, kill_process};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use rustix::termios::{LocalModes, tcgetattr};
 
 const LONG: Duration = Duration::from_secs(60);
 const CTRL_C: &str = "\u{3}";
@@ -204,6 +206,24 @@ fn what_the_robot_says_comes_above_the_line_that_is_typed() {
     assert!(!screen.contains("\u{1b}[31m") && !screen.contains("\u{1b}[2m"), "{screen:?}");
     let kept = std::fs::read_to_string(format!("{home}/fieldarm/text_history")).unwrap();
     assert!(kept.contains("ActivateRobot"), "{kept}");
+}
+
+#[test]
+fn a_signal_to_end_leaves_the_terminal_as_it_was() {
+    let (_serving, address) = robot();
+    let mut terminal = Terminal::start(&["text", &address, "--no-history"], &[]);
+    terminal.wait_for("not activated, not homed");
+    // The line is being edited now: what is typed is shown by the prompt alone.
+    terminal.press("GetFw");
+    terminal.wait_for("GetFw");
+    let by_line = LocalModes::ICANON | LocalModes::ECHO;
+    assert!(!tcgetattr(&terminal.keys).unwrap().local_modes.intersects(by_line));
+    let pid = Pid::from_child(&terminal.child);
+    kill_process(pid, Signal::TERM).unwrap();
+    let keys = terminal.keys.try_clone().unwrap();
+    let (code, screen) = terminal.end();
+    assert_eq!(code, Some(130), "{screen:?}");
+    assert!(tcgetattr(&keys).unwrap().local_modes.contains(by_line));
 }
 
 #[test]
