@@ -2,6 +2,7 @@
 //!
 //! Each robot has a connection and a thread of its own: nothing is shared but the wish to end.
 
+use core::net::SocketAddr;
 use std::path::PathBuf;
 use std::prelude::v1::*;
 use std::sync::Arc;
@@ -50,10 +51,15 @@ pub(in crate::cli) struct TcpRun<'a> {
     pub(in crate::cli) is_quiet: bool,
 }
 
+/// Control port and monitoring port of a robot that has any.
+type Ports = Option<(SocketAddr, Option<SocketAddr>)>;
+
 /// One robot of the run, and what becomes of it.
 struct Robot<'p> {
     source: &'p Source,
-    link: AnyLink,
+    ports: Ports,
+    /// Until it is driven: a robot whose run has ended is let go, and stops if it has not yet.
+    link: Option<AnyLink>,
     runner: TextRunner<'p>,
     recording: Recording,
 }
@@ -86,13 +92,14 @@ fn open_all<'a>(run: &TcpRun<'a>) -> Result<Vec<Robot<'a>>, Failure> {
         }
         let checkpoints = run_program::own_checkpoints(&source.program)?;
         let label = if several { format!("robot {}: ", place + 1) } else { String::new() };
-        let link = open(run, place, &label).map_err(|failure| Failure {
+        let (ports, link) = open(run, place, &label).map_err(|failure| Failure {
             message: format!("--link {}: {label}{}", run.link, failure.message),
             ..failure
         })?;
         robots.push(Robot {
             source,
-            link,
+            ports,
+            link: Some(link),
             runner: TextRunner::new(&source.program, run.link.options.settings(checkpoints)),
             recording: Recording::new(),
         });
@@ -100,8 +107,9 @@ fn open_all<'a>(run: &TcpRun<'a>) -> Result<Vec<Robot<'a>>, Failure> {
     Ok(robots)
 }
 
-fn open(run: &TcpRun<'_>, place: usize, label: &str) -> Result<AnyLink, Failure> {
-    match ports(&run.link.hosts, &run.link.options, place)? {
+fn open(run: &TcpRun<'_>, place: usize, label: &str) -> Result<(Ports, AnyLink), Failure> {
+    let ports = ports(&run.link.hosts, &run.link.options, place)?;
+    let link = match ports {
         Some((control, monitor)) => SocketLink::open(control, monitor, label.into(), run.is_quiet)
             .map(Box::new)
             .map(AnyLink::Sockets),
@@ -110,7 +118,8 @@ fn open(run: &TcpRun<'_>, place: usize, label: &str) -> Result<AnyLink, Failure>
                 virtual_robot::new(run.sim, OrderName::Big, run.revision, CyclicBus::Direct);
             MemoryLink::open(robot, run.fast).map(Box::new).map(AnyLink::Memory)
         }
-    }
+    }?;
+    Ok((ports, link))
 }
 
 /// Drives each robot to its end in a thread of its own, while another one tells of it.
@@ -125,13 +134,14 @@ fn drive_all(run: &TcpRun<'_>, robots: &mut [Robot<'_>]) -> Vec<Ended> {
         let threads: Vec<_> = robots
             .iter_mut()
             .zip(watchers)
-            .map(|(robot, mut watcher)| {
-                scope.spawn(move || {
+            .filter_map(|(robot, mut watcher)| {
+                let mut link = robot.link.take()?;
+                Some(scope.spawn(move || {
                     let clock = MonotonicClock::new();
-                    let Robot { link, runner, recording, .. } = robot;
-                    let outcome = drive_text(link, runner, recording, &mut watcher);
+                    let Robot { runner, recording, .. } = robot;
+                    let outcome = drive_text(&mut link, runner, recording, &mut watcher);
                     Ended { outcome, wall_time: clock.now() - Instant::ZERO }
-                })
+                }))
             })
             .collect();
         // Nothing in them panics.
@@ -147,7 +157,7 @@ fn tell(run: &TcpRun<'_>, robots: &[Robot<'_>], ended: &[Ended]) -> Result<Exit,
     for (number, ((robot, Ended { outcome, wall_time }), (directory, title))) in
         (1..).zip(robots.iter().zip(ended).zip(places))
     {
-        let Robot { source, runner, recording, .. } = robot;
+        let Robot { source, ports, runner, recording, .. } = robot;
         let (exit, message) = run_words::outcome(
             outcome,
             &source.name,
@@ -168,7 +178,7 @@ fn tell(run: &TcpRun<'_>, robots: &[Robot<'_>], ended: &[Ended]) -> Result<Exit,
                 counts: runner.counts(),
                 records: runner.records(),
                 cyclic: None,
-                tcp: Some(reported(run, runner, number - 1)?),
+                tcp: Some(reported(run, runner, *ports)),
                 bus: None,
                 enip: None,
                 recording,
@@ -212,18 +222,13 @@ fn settings(run: &TcpRun<'_>, robots: usize) -> Settings {
     }
 }
 
-fn reported(
-    run: &TcpRun<'_>,
-    runner: &TextRunner<'_>,
-    place: usize,
-) -> Result<ReportedTcp, Failure> {
-    let ports = ports(&run.link.hosts, &run.link.options, place)?;
+fn reported(run: &TcpRun<'_>, runner: &TextRunner<'_>, ports: Ports) -> ReportedTcp {
     let ms = |duration: Option<Duration>| duration.map(|duration| duration.as_secs_f64() * 1e3);
-    Ok(ReportedTcp {
+    ReportedTcp {
         control: ports.map(|(control, _)| control.to_string()),
         monitor: ports.and_then(|(_, monitor)| monitor).map(|at| at.to_string()),
         interval_ms: ms(run.link.options.interval),
         watchdog_ms: ms(run.link.options.watchdog),
         ..ReportedTcp::new(runner.statistics())
-    })
+    }
 }
