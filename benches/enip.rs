@@ -15,6 +15,8 @@ mod adapters;
 mod gaps;
 #[path = "enip/listener.rs"]
 mod listener;
+#[path = "../tests/support/python.rs"]
+mod python;
 #[path = "enip/scanners.rs"]
 mod scanners;
 #[path = "enip/target.rs"]

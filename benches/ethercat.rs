@@ -21,6 +21,8 @@ mod ethercat {
 mod ethercat_line;
 #[path = "../tests/support/namespaces.rs"]
 mod namespaces;
+#[path = "../tests/support/python.rs"]
+mod python;
 #[path = "../tests/support/stock_line.rs"]
 mod stock_line;
 
@@ -85,7 +87,7 @@ fn over_a_cable(is_quick: bool) {
         return;
     };
     let placement = rounds::Placement::find();
-    let python = rounds::python();
+    let python = python::python("pysoem==1.1.13", "pysoem");
     if let Err(reason) = &python {
         println!("No pysoem: {reason}.");
     }

@@ -6,6 +6,8 @@
 mod cli_support;
 #[path = "support/namespaces.rs"]
 mod namespaces;
+#[path = "support/serving.rs"]
+mod serving;
 
 use std::io::Write as _;
 use std::net::TcpListener;
@@ -17,9 +19,8 @@ use std::time::Duration;
 use cli_support::{Ended, Scratch, fieldarm, run};
 use namespaces::Running;
 use serde_json::Value;
+use serving::{LONG, end, ended};
 
-/// Far longer than the command takes to begin, to end, or to run a short program.
-const LONG: Duration = Duration::from_secs(60);
 /// A program that needs neither activation nor homing, so it ends soon.
 const SHORT: &str = "ActivateSim()\nDeactivateSim()\n";
 
@@ -46,23 +47,7 @@ fn behind(first: &str, more: u8) -> String {
 }
 
 fn serve(address: &str, more: &[&str]) -> Running {
-    let arguments = [&["sim", "--enip", address], more].concat();
-    let mut serving = Running::start(&mut fieldarm(&arguments));
-    serving.wait_for("Ctrl-C ends it", LONG);
-    serving
-}
-
-/// What the robots said, once they were told to end.
-fn end(serving: Running) -> String {
-    let (status, said) = serving.interrupt(LONG);
-    assert_eq!(status.code(), Some(0), "{said}");
-    said
-}
-
-/// A command that must end by itself: its exit code and all it said.
-fn ended(arguments: &[&str]) -> (Option<i32>, String) {
-    let (status, said) = Running::start(&mut fieldarm(arguments)).end(LONG);
-    (status.code(), said)
+    serving::serve(&[&["--enip", address], more].concat())
 }
 
 fn json(text: &str) -> Value {

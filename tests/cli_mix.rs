@@ -8,15 +8,16 @@ mod cli_support;
 mod loopback;
 #[path = "support/namespaces.rs"]
 mod namespaces;
+#[path = "support/serving.rs"]
+mod serving;
 #[path = "support/text_line.rs"]
 mod text_line;
 
 use std::io::ErrorKind;
 use std::net::{Ipv4Addr, TcpStream};
-use std::process::Command;
 use std::time::Duration;
 
-use cli_support::{Scratch, fieldarm};
+use cli_support::Scratch;
 use fieldarm::cycle::{CyclicLink, InputQuality};
 use fieldarm::link::ethercat::raw_socket::RawSocket;
 use fieldarm::link::ethercat::{EthercatLink, SegmentSettings};
@@ -24,34 +25,14 @@ use fieldarm::wire::meca500::image::{InputImage, OutputImage, RobotControlFlags}
 use fieldarm::wire::order::Little;
 use loopback::address;
 use namespaces::{Cable, End, INTERFACE, Running};
+use serving::{LONG, end, ended, ended_by, serve, serve_by};
 use text_line::Line;
 
-/// Far longer than anything here takes.
-const LONG: Duration = Duration::from_secs(60);
 const PROGRAM: &str = "MoveJoints(0, 0, 0, 0, 0, 0)\nMoveJoints(10, -5, 5, 0, 20, 0)\n";
 const HOME: &str = "127.0.0.1";
 
-fn serve(arguments: &[&str]) -> Running {
-    let mut serving = Running::start(&mut fieldarm(&[&["sim"], arguments].concat()));
-    serving.wait_for("Ctrl-C ends it", LONG);
-    serving
-}
-
-/// What was said, once it was told to end.
-fn end(serving: Running) -> String {
-    let (status, said) = serving.interrupt(LONG);
-    assert_eq!(status.code(), Some(0), "{said}");
-    said
-}
-
-/// A command that must end by itself: its exit code and all it said.
-fn ended(command: &mut Command) -> (Option<i32>, String) {
-    let (status, said) = Running::start(command).end(LONG);
-    (status.code(), said)
-}
-
 fn run(program: &str, link: &str) -> (Option<i32>, String) {
-    ended(&mut fieldarm(&["run", program, "--link", link]))
+    ended(&["run", program, "--link", link])
 }
 
 #[test]
@@ -84,9 +65,9 @@ fn several_robots_have_all_faces_each_at_an_address_of_its_own() {
     // What is set on one face counts on the others, and for this robot alone.
     controls[1].ask("EnableEtherNetIp(0)", "[2085]");
     serving.wait_for("robot 2: EtherNet/IP: nobody is answered from now on", LONG);
-    let (code, _) = ended(&mut fieldarm(&["probe", &format!("enip:{second}")]));
+    let (code, _) = ended(&["probe", &format!("enip:{second}")]);
     assert_eq!(code, Some(4));
-    let (code, said) = ended(&mut fieldarm(&["probe", &format!("enip:{first}")]));
+    let (code, said) = ended(&["probe", &format!("enip:{first}")]);
     assert_eq!(code, Some(0), "{said}");
     drop(controls);
     serving.wait_for("robot 2: control connection", LONG);
@@ -103,7 +84,7 @@ fn the_mode_needs_a_face_that_is_served_in_it() {
         (&["--tcp", HOME, "--mode", "ethercat"], "--ethercat <IFACE>"),
         (&["--ethercat", "no-such-name", "--tcp", HOME], "no network interface `no-such-name`"),
     ] {
-        let (code, said) = ended(&mut fieldarm(&[&["sim"], arguments].concat()));
+        let (code, said) = ended(&[&["sim"], arguments].concat());
         assert_eq!(code, Some(2), "{said}");
         assert!(said.contains(words), "{words}: {said}");
     }
@@ -120,8 +101,7 @@ impl Plugged {
         let cable = Cable::plug()?;
         cable.set_interface_up(End::Robots, "lo", true);
         let arguments = [&["sim", "--ethercat", INTERFACE], arguments].concat();
-        let mut serving = Running::start(&mut cable.fieldarm(End::Robots, &arguments));
-        serving.wait_for("Ctrl-C ends it", LONG);
+        let serving = serve_by(&mut cable.fieldarm(End::Robots, &arguments));
         Some(Self { cable, serving })
     }
 
@@ -144,7 +124,7 @@ impl Plugged {
 
     fn run(&self, program: &str) -> (Option<i32>, String) {
         let link = format!("ethercat:{INTERFACE}");
-        ended(&mut self.cable.fieldarm(End::Main, &["run", program, "--link", &link]))
+        ended_by(&mut self.cable.fieldarm(End::Main, &["run", program, "--link", &link]))
     }
 
     /// Sets DisableEtherCAT in the outputs of the only robot, until it is gone.
@@ -253,7 +233,7 @@ fn a_robot_in_tcp_mode_ends_the_line_for_those_behind_it() {
     robots.serving.wait_for("position 0: is on the bus", LONG);
     let link = format!("ethercat:{INTERFACE}");
     let arguments = ["run", &program, "--robots", "2", "--link", &link];
-    let (code, said) = ended(&mut robots.cable.fieldarm(End::Main, &arguments));
+    let (code, said) = ended_by(&mut robots.cable.fieldarm(End::Main, &arguments));
     assert_eq!(code, Some(0), "{said}");
     end(robots.serving);
 }

@@ -9,6 +9,8 @@ mod cli_support;
 mod loopback;
 #[path = "support/namespaces.rs"]
 mod namespaces;
+#[path = "support/serving.rs"]
+mod serving;
 
 use std::net::{TcpListener, TcpStream};
 use std::time::Duration;
@@ -22,9 +24,7 @@ use serde_json::Value;
 const LONG: Duration = Duration::from_secs(90);
 
 fn serve(address: &str) -> Running {
-    let mut serving = Running::start(&mut fieldarm(&["sim", "--tcp", address]));
-    serving.wait_for("Ctrl-C ends it", LONG);
-    serving
+    serving::serve(&["--tcp", address])
 }
 
 fn report(scratch: &Scratch, directory: &str) -> Value {
@@ -151,8 +151,7 @@ fn a_robot_at_its_ports_runs_programs_one_after_another() {
             );
         }
     }
-    let (status, said) = serving.interrupt(LONG);
-    assert_eq!(status.code(), Some(0), "{said}");
+    serving::end(serving);
 }
 
 #[test]
@@ -235,6 +234,22 @@ fn a_robot_that_vanishes_ends_the_run_with_what_is_known_of_its_lines() {
     let report = report(&scratch, "report");
     assert_eq!(report["outcome"]["end"], "connection_lost");
     assert_eq!(report["steps"][2]["end"], "unknown");
+}
+
+#[test]
+fn a_robot_of_another_revision_is_told_apart() {
+    let scratch = Scratch::new("tcp_revision");
+    let program = scratch.write("short.txt", "Delay(0)\n");
+    let address = address().to_string();
+    let mut serving =
+        Running::start(&mut fieldarm(&["sim", "--tcp", &address, "--revision", "R4"]));
+    serving.wait_for("Ctrl-C ends it", LONG);
+    let link = format!("tcp:{address}");
+    let words = "the robot is a revision R4, and the program was checked for R3";
+    let ended = run(&["run", &program, "--link", &link]);
+    assert!(ended.code == Some(0) && ended.stderr.contains(words), "{ended:?}");
+    let ended = run(&["run", &program, "--link", &link, "--revision", "R4"]);
+    assert!(ended.code == Some(0) && !ended.stderr.contains("revision"), "{ended:?}");
 }
 
 fn refused(arguments: &[&str], code: i32, words: &str) {

@@ -9,32 +9,18 @@ mod cli_support;
 mod loopback;
 #[path = "support/namespaces.rs"]
 mod namespaces;
+#[path = "support/serving.rs"]
+mod serving;
 #[path = "support/text_line.rs"]
 mod text_line;
 
 use std::io::{Read, Write};
 use std::time::{Duration, Instant};
 
-use cli_support::{Scratch, fieldarm, run};
+use cli_support::{Scratch, run};
 use loopback::address;
-use namespaces::Running;
+use serving::{LONG, end, serve};
 use text_line::Line;
-
-/// Far longer than anything here takes.
-const LONG: Duration = Duration::from_secs(60);
-
-fn serve(arguments: &[&str]) -> Running {
-    let mut serving = Running::start(&mut fieldarm(&[&["sim"], arguments].concat()));
-    serving.wait_for("Ctrl-C ends it", LONG);
-    serving
-}
-
-/// What was said, once it was told to end.
-fn end(serving: Running) -> String {
-    let (status, said) = serving.interrupt(LONG);
-    assert_eq!(status.code(), Some(0), "{said}");
-    said
-}
 
 /// The places of these words in what was said, which come in this order.
 fn in_order(said: &str, words: &[&str]) {

@@ -8,39 +8,20 @@ mod cli_support;
 mod loopback;
 #[path = "support/namespaces.rs"]
 mod namespaces;
+#[path = "support/serving.rs"]
+mod serving;
 #[path = "support/text_line.rs"]
 mod text_line;
 
 use std::net::TcpListener;
-use std::time::Duration;
 
 use cli_support::{Scratch, fieldarm};
 use loopback::address;
 use namespaces::Running;
+use serving::{LONG, end, ended, serve};
 use text_line::Line;
 
-/// Far longer than anything here takes.
-const LONG: Duration = Duration::from_secs(60);
 const OWNERSHIP_CONFLICT: &str = "0x0106";
-
-fn serve(arguments: &[&str]) -> Running {
-    let mut serving = Running::start(&mut fieldarm(&[&["sim"], arguments].concat()));
-    serving.wait_for("Ctrl-C ends it", LONG);
-    serving
-}
-
-/// What the robot said, once it was told to end.
-fn end(serving: Running) -> String {
-    let (status, said) = serving.interrupt(LONG);
-    assert_eq!(status.code(), Some(0), "{said}");
-    said
-}
-
-/// A command that must end by itself: its exit code and all it said.
-fn ended(arguments: &[&str]) -> (Option<i32>, String) {
-    let (status, said) = Running::start(&mut fieldarm(arguments)).end(LONG);
-    (status.code(), said)
-}
 
 #[test]
 fn one_robot_at_its_two_ports() {

@@ -8,17 +8,21 @@
 mod cli_support;
 #[path = "support/loopback.rs"]
 mod loopback;
+#[path = "support/message_line.rs"]
+mod message_line;
 #[path = "support/namespaces.rs"]
 mod namespaces;
+#[path = "support/serving.rs"]
+mod serving;
 
-use std::io::{ErrorKind, Read, Write};
+use std::io::Write;
 use std::net::{Ipv4Addr, SocketAddr, TcpStream};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use cli_support::fieldarm;
+use message_line::Line;
 use namespaces::{Cable, End, INTERFACE, Running};
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 use socket2::SockRef;
@@ -41,9 +45,7 @@ struct Robot {
 impl Robot {
     fn start() -> Self {
         let address = loopback::address();
-        let mut serving = Running::start(&mut fieldarm(&["sim", "--tcp", &address.to_string()]));
-        serving.wait_for("Ctrl-C ends it", LONG);
-        Self { serving, address }
+        Self { serving: serving::serve(&["--tcp", &address.to_string()]), address }
     }
 
     fn control(&self) -> SocketAddr {
@@ -62,71 +64,7 @@ impl Robot {
 
     /// Ends it, and gives what it said.
     fn end(self) -> String {
-        let (status, said) = self.serving.interrupt(LONG);
-        assert_eq!(status.code(), Some(0), "{said}");
-        said
-    }
-}
-
-/// A connection, message by message.
-struct Line {
-    stream: TcpStream,
-    held: Vec<u8>,
-    taken: usize,
-}
-
-impl Line {
-    fn open(address: SocketAddr) -> Self {
-        let stream =
-            TcpStream::connect(address).unwrap_or_else(|error| panic!("{address}: {error}"));
-        stream.set_read_timeout(Some(LONG)).unwrap();
-        stream.set_write_timeout(Some(LONG)).unwrap();
-        stream.set_nodelay(true).unwrap();
-        Self { stream, held: Vec::new(), taken: 0 }
-    }
-
-    fn controlling(robot: &Robot) -> Self {
-        let mut line = Self::open(robot.control());
-        assert!(line.next().is_some_and(|first| first.starts_with("[3000][")));
-        line
-    }
-
-    /// The next message; `None` at the end of the connection.
-    fn next(&mut self) -> Option<String> {
-        let mut room = [0; 16_384];
-        loop {
-            let rest = &self.held[self.taken..];
-            if let Some(end) = rest.iter().position(|byte| *byte == 0) {
-                let message = String::from_utf8(rest[..end].to_vec()).expect("ASCII");
-                self.taken += end + 1;
-                return Some(message);
-            }
-            self.held.drain(..self.taken);
-            self.taken = 0;
-            match self.stream.read(&mut room) {
-                Ok(0) => return None,
-                Ok(count) => self.held.extend_from_slice(&room[..count]),
-                Err(error) if error.kind() == ErrorKind::ConnectionReset => return None,
-                Err(error) => panic!("nothing comes: {error}"),
-            }
-        }
-    }
-
-    fn send(&mut self, bytes: &[u8]) {
-        self.stream.write_all(bytes).expect("the connection is open");
-    }
-
-    /// Everything up to the answer to SyncCmdQueue with this number.
-    fn until_synced(&mut self, number: u32) -> Vec<String> {
-        let end = format!("[2097][{number}]");
-        let mut messages = Vec::new();
-        loop {
-            let message = self.next().expect("the connection stays open");
-            if message == end {
-                return messages;
-            }
-            messages.push(message);
-        }
+        serving::end(self.serving)
     }
 }
 
@@ -139,7 +77,7 @@ struct Controller {
 
 impl Controller {
     fn start(robot: &Robot) -> Self {
-        let mut line = Line::controlling(robot);
+        let mut line = Line::controlling(robot.control());
         let answered = Arc::new(AtomicU64::new(0));
         let stop = Arc::new(AtomicBool::new(false));
         let (counter, stopped) = (Arc::clone(&answered), Arc::clone(&stop));
@@ -260,7 +198,7 @@ fn the_controller_is_answered_whoever_else_comes() {
 #[test]
 fn the_controller_itself_may_send_anything() {
     let robot = Robot::start();
-    let mut line = Line::controlling(&robot);
+    let mut line = Line::controlling(robot.control());
     line.send(b"SyncCmdQueue(1)\0");
     assert!(line.until_synced(1).is_empty());
     let pages = robot.pages();
@@ -313,7 +251,7 @@ fn the_controller_itself_may_send_anything() {
 #[test]
 fn a_full_queue_is_told_and_keeps_its_size() {
     let robot = Robot::start();
-    let mut line = Line::controlling(&robot);
+    let mut line = Line::controlling(robot.control());
     for (command, answer) in [("ActivateRobot\0", "[2000]"), ("Home\0", "[2002]")] {
         line.send(command.as_bytes());
         let answered = (0..100).any(|_| line.next().is_some_and(|said| said.starts_with(answer)));
@@ -351,9 +289,8 @@ fn a_controller_that_vanished_is_found_out() {
     }
     // Whoever takes over is on the robot's side of the cable.
     cable.set_interface_up(End::Robots, "lo", true);
-    let mut serving =
-        Running::start(&mut cable.fieldarm(End::Robots, &["sim", "--tcp", "10.217.3.1"]));
-    serving.wait_for("Ctrl-C ends it", LONG);
+    let serving =
+        serving::serve_by(&mut cable.fieldarm(End::Robots, &["sim", "--tcp", "10.217.3.1"]));
     let control: SocketAddr = "10.217.3.1:10000".parse().unwrap();
 
     let mut vanishing = cable.inside(End::Main, LONG, move || Line::open(control));
@@ -392,6 +329,5 @@ fn a_controller_that_vanished_is_found_out() {
     next.send(b"ResumeMotion\0SyncCmdQueue(5)\0");
     assert!(next.until_synced(5)[0].starts_with("[2043]"));
     drop((vanishing, next));
-    let (status, said) = serving.interrupt(LONG);
-    assert_eq!(status.code(), Some(0), "{said}");
+    serving::end(serving);
 }

@@ -10,19 +10,22 @@
 mod cli_support;
 #[path = "support/loopback.rs"]
 mod loopback;
+#[path = "support/message_line.rs"]
+mod message_line;
 #[path = "support/namespaces.rs"]
 mod namespaces;
+#[path = "support/serving.rs"]
+mod serving;
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::{ErrorKind, Read, Write};
-use std::net::{SocketAddr, TcpStream};
+use std::net::SocketAddr;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, mpsc};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use cli_support::fieldarm;
-use namespaces::Running;
+use message_line::Line;
 use socket2::{Domain, Socket, Type};
 
 const SECONDS: u32 = if cfg!(debug_assertions) { 4 } else { 60 };
@@ -80,61 +83,6 @@ fn parts(message: &str) -> (u16, &str) {
 #[track_caller]
 fn numbers(content: &str) -> Vec<f64> {
     content.split(',').map(|value| value.parse().unwrap_or_else(|_| panic!("{content}"))).collect()
-}
-
-/// A connection, message by message.
-struct Line {
-    stream: TcpStream,
-    held: Vec<u8>,
-    taken: usize,
-}
-
-impl Line {
-    fn over(stream: TcpStream) -> Self {
-        stream.set_read_timeout(Some(LONG)).unwrap();
-        stream.set_write_timeout(Some(LONG)).unwrap();
-        stream.set_nodelay(true).unwrap();
-        Self { stream, held: Vec::new(), taken: 0 }
-    }
-
-    fn open(address: SocketAddr) -> Self {
-        Self::over(TcpStream::connect(address).unwrap())
-    }
-
-    /// The next message; `None` at the end of the connection, behind which a torn one may be left in `held`.
-    fn next(&mut self) -> Option<String> {
-        let mut room = [0; 65_536];
-        loop {
-            let rest = &self.held[self.taken..];
-            if let Some(end) = rest.iter().position(|byte| *byte == 0) {
-                let message = String::from_utf8(rest[..end].to_vec()).expect("ASCII");
-                self.taken += end + 1;
-                return Some(message);
-            }
-            self.held.drain(..self.taken);
-            self.taken = 0;
-            match self.stream.read(&mut room) {
-                Ok(0) => return None,
-                Ok(count) => self.held.extend_from_slice(&room[..count]),
-                Err(error) if error.kind() == ErrorKind::ConnectionReset => return None,
-                Err(error) => panic!("nothing comes: {error}"),
-            }
-        }
-    }
-
-    fn say(&mut self, command: &str) {
-        self.stream.write_all(format!("{command}\0").as_bytes()).unwrap();
-    }
-
-    /// Sends a command and passes over everything until a message with this beginning.
-    fn ask(&mut self, command: &str, beginning: &str) {
-        self.say(command);
-        let answered = (0..100_000).any(|_| {
-            let message = self.next().unwrap_or_else(|| panic!("closed after {command}"));
-            message.starts_with(beginning)
-        });
-        assert!(answered, "{command}: no {beginning}");
-    }
 }
 
 /// What one monitoring connection heard between the two marks.
@@ -366,8 +314,7 @@ fn narrow(address: SocketAddr) -> Line {
 #[test]
 fn a_minute_of_commands_with_three_monitors_loses_nothing() {
     let address = loopback::address();
-    let mut serving = Running::start(&mut fieldarm(&["sim", "--tcp", &address.to_string()]));
-    serving.wait_for("Ctrl-C ends it", LONG);
+    let mut serving = serving::serve(&["--tcp", &address.to_string()]);
     let process = serving.id();
     let control_port = SocketAddr::from((address, 10_000));
     let monitoring_port = SocketAddr::from((address, 10_001));
@@ -453,8 +400,7 @@ fn a_minute_of_commands_with_three_monitors_loses_nothing() {
     assert!(cycles >= least, "{cycles} cycles of at least {least}");
     assert!(grown < MOST_PAGES, "{grown} pages more after a quarter of the time");
 
-    let (status, said) = serving.interrupt(LONG);
-    assert_eq!(status.code(), Some(0), "{said}");
+    let said = serving::end(serving);
     assert_eq!(said.matches("it did not read what the robot said").count(), 1, "{said}");
     let sent = COMMANDS as usize + preparations.len() + 3;
     assert!(said.contains(&format!("{sent} commands")), "{sent} commands: {said}");

@@ -1,63 +1,23 @@
 //! The virtual robot behind its own ports, driven by the client: both ends and both sockets at once.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread::JoinHandle;
+#[path = "support/quick_robot.rs"]
+mod quick_robot;
+#[path = "support/text_robot.rs"]
+mod robot;
+
 use std::time::Duration;
 
-use fieldarm::link::text::{
-    AnswerError, Client, ClientOptions, Endpoints, Monitor, Reply, TextServer,
-};
-use fieldarm::sim::meca500::VirtualRobot;
+use fieldarm::link::text::{AnswerError, Client, Monitor, Reply};
 use fieldarm::wire::meca500::code::Code;
 use fieldarm::wire::meca500::command::{MotionCommand, Pose};
 use fieldarm::wire::meca500::text::{Category, TextCommandSpec};
 
-#[path = "support/quick_robot.rs"]
-mod quick_robot;
+use robot::Robot;
 
 /// Longer than anything here takes; what takes longer hangs.
 const LONG: Duration = Duration::from_secs(30);
 
-struct Served {
-    endpoints: Endpoints,
-    stop: Arc<AtomicBool>,
-    thread: Option<JoinHandle<()>>,
-}
-
-impl Served {
-    fn start() -> Self {
-        let any = "127.0.0.1:0".parse().unwrap();
-        let robot = VirtualRobot::new(quick_robot::quick_robot());
-        let endpoints = Endpoints { control: any, monitoring: any };
-        let mut server = TextServer::bind(robot, endpoints).unwrap();
-        let endpoints = server.endpoints();
-        let stop = Arc::new(AtomicBool::new(false));
-        let stopped = Arc::clone(&stop);
-        let thread = std::thread::spawn(move || {
-            while !stopped.load(Ordering::Relaxed) {
-                server.step().unwrap();
-            }
-        });
-        Self { endpoints, stop, thread: Some(thread) }
-    }
-
-    fn client(&self) -> Client {
-        Client::connect(self.endpoints.control, ClientOptions::default()).unwrap()
-    }
-}
-
-impl Drop for Served {
-    fn drop(&mut self) {
-        self.stop.store(true, Ordering::Relaxed);
-        let ended = self.thread.take().map(JoinHandle::join);
-        if !std::thread::panicking() {
-            assert!(matches!(ended, Some(Ok(()))), "the server's thread panicked");
-        }
-    }
-}
-
-fn ready(served: &Served) -> Client {
+fn ready(served: &Robot) -> Client {
     let client = served.client();
     client.request("ActivateRobot", LONG).unwrap();
     client.request("Home", LONG).unwrap();
@@ -74,7 +34,7 @@ fn refusal(result: Result<Reply, AnswerError>) -> Code {
 
 #[test]
 fn a_session_from_activation_to_reset() {
-    let served = Served::start();
+    let served = Robot::start();
     let client = served.client();
     assert_eq!(refusal(client.request("MoveJoints(0,0,0,0,0,0)", LONG)), Code::NOT_ACTIVATED);
     assert_eq!(refusal(client.request("Home", LONG)), Code::NOT_ACTIVATED);
@@ -108,7 +68,7 @@ fn a_session_from_activation_to_reset() {
 
 #[test]
 fn mistakes_get_the_codes_of_the_manual() {
-    let served = Served::start();
+    let served = Robot::start();
     let client = ready(&served);
     for (line, code) in [
         ("Jump(1)", Code::UNKNOWN_COMMAND),
@@ -123,7 +83,7 @@ fn mistakes_get_the_codes_of_the_manual() {
 
 #[test]
 fn every_request_is_answered_with_a_code_of_the_table() {
-    let served = Served::start();
+    let served = Robot::start();
     let client = ready(&served);
     let mut asked = 0;
     for spec in TextCommandSpec::all() {
@@ -156,7 +116,7 @@ fn every_request_is_answered_with_a_code_of_the_table() {
 
 #[test]
 fn variables_come_back_as_they_were_stored() {
-    let served = Served::start();
+    let served = Robot::start();
     let client = ready(&served);
     client.request("CreateVariable(tour.home, [10, 0, -5.5, 0, 0, 0], 10001)", LONG).unwrap();
     client.request("SetJointVel(100)", LONG).unwrap();
@@ -169,7 +129,7 @@ fn variables_come_back_as_they_were_stored() {
 
 #[test]
 fn a_monitor_sees_what_another_does() {
-    let served = Served::start();
+    let served = Robot::start();
     let monitor = Monitor::connect(served.endpoints.monitoring, LONG).unwrap();
     let client = ready(&served);
     client.request("SetJointVel(100)", LONG).unwrap();
@@ -190,7 +150,7 @@ fn a_monitor_sees_what_another_does() {
 
 #[test]
 fn who_leaves_while_the_robot_moves_stops_it_and_may_come_back() {
-    let served = Served::start();
+    let served = Robot::start();
     let mut client = ready(&served);
     client.request("SetJointVel(5)", LONG).unwrap();
     client.request("MoveJoints(80,0,0,0,0,0)", LONG).unwrap();

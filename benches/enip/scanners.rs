@@ -1,7 +1,6 @@
 //! Those that send O->T: our link as `fieldarm run` cycles it, and the scanner `ethernetip`.
 
 use std::net::{Ipv4Addr, SocketAddrV4};
-use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -19,6 +18,7 @@ use fieldarm::wire::enip::MESSAGE_PORT;
 use fieldarm::wire::meca500::image::{INPUT_LEN, OUTPUT_LEN};
 
 use crate::gaps::Arrivals;
+use crate::python::python;
 use crate::target::Meter;
 use crate::{MULTIPLIER, Round, address, seed};
 
@@ -93,21 +93,9 @@ fn drive(
     Ok(())
 }
 
-/// A Python that knows the scanner: that of `FIELDARM_PYTHON`, the one that CI installs, or the
-/// system's.
-fn python() -> Option<PathBuf> {
-    let named = std::env::var_os("FIELDARM_PYTHON").map(PathBuf::from);
-    let installed = concat!(env!("CARGO_MANIFEST_DIR"), "/target/ethernetip/bin/python");
-    let mut candidates = named.into_iter().chain([installed.into(), "python3".into()]);
-    candidates.find(|python| {
-        let tried = Command::new(python).args(["-c", "import ethernetip"]).output();
-        tried.is_ok_and(|tried| tried.status.success())
-    })
-}
-
 /// The scanner `ethernetip` in a process of its own.
 pub(crate) fn ethernetip(round: Round) -> Result<Arrivals, String> {
-    let python = python().ok_or("needs Python with ethernetip in target/ethernetip")?;
+    let python = python("ethernetip==1.2.0", "ethernetip")?;
     let there = address();
     let meter = Meter::bind(there, round).map_err(|error| error.to_string())?;
     let mut child = Command::new(python)

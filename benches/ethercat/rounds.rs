@@ -109,26 +109,6 @@ pub(crate) struct Outcome {
     pub(crate) mishaps: Vec<String>,
 }
 
-/// A Python that knows pysoem: the one of `FIELDARM_PYTHON`, the one that CI installs, or the
-/// system's.
-///
-/// # Errors
-///
-/// How to install it.
-pub(crate) fn python() -> Result<PathBuf, String> {
-    let named = std::env::var_os("FIELDARM_PYTHON").map(PathBuf::from);
-    let installed = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/target/pysoem/bin/python"));
-    let mut candidates = named.into_iter().chain([installed, "python3".into()]);
-    let is_able = |python: &PathBuf| {
-        let tried = Command::new(python).args(["-c", "import pysoem"]).output();
-        tried.is_ok_and(|tried| tried.status.success())
-    };
-    candidates.find(is_able).ok_or_else(|| {
-        "it needs pysoem: python3 -m venv target/pysoem; target/pysoem/bin/pip install pysoem"
-            .into()
-    })
-}
-
 /// Runs all rounds of a case on a cable of its own.
 pub(crate) fn run(
     cable: &Cable,

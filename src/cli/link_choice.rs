@@ -3,7 +3,8 @@
 use core::fmt;
 use std::prelude::v1::*;
 
-use super::enip::link_name::{EnipName, EnipOptions, split_query};
+use super::enip::link_name::{EnipName, EnipOptions};
+use super::link_text::split_query;
 use super::order::OrderName;
 use super::text::link_name::TcpName;
 use crate::link::ethercat::RobotAddress;

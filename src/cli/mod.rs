@@ -7,12 +7,14 @@
 mod decode;
 #[cfg(target_os = "linux")]
 mod emulated_robot;
+mod ending;
 mod enip;
 mod ethercat_options;
 mod exit;
 mod grid;
 mod hex;
 mod link_choice;
+mod link_text;
 mod order;
 mod plots;
 #[cfg(target_os = "linux")]

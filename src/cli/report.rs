@@ -16,7 +16,7 @@ pub use tcp::ReportedTcp;
 use crate::link::ethercat::{FrameCounters, SegmentStatistics};
 use crate::run::outcome::{End, Outcome, Stop};
 use crate::run::periodic::Port;
-use crate::run::program::Program;
+use crate::run::program::{Program, needs_a_tool};
 use crate::run::record::{Counts, StepEnd, StepRecord};
 use crate::run::recording::{Recording, Sample};
 use crate::run::statistics::{CycleStatistics, Quantiles};
@@ -391,18 +391,11 @@ fn unconfirmed_lines(sources: &Sources<'_>) -> Vec<u32> {
 /// Whether nothing in the cyclic image would tell that the robot refused the command: it needs a tool
 /// or a program that may not be there.
 const fn tells_no_refusal(statement: &Statement) -> bool {
-    matches!(
-        statement,
-        Statement::Motion(
-            MotionCommand::Gripper(_)
-                | MotionCommand::MoveGripper(_)
-                | MotionCommand::SetGripperForce(_)
-                | MotionCommand::SetGripperVel(_)
-                | MotionCommand::SetGripperRange { .. }
-                | MotionCommand::SetValveState(_)
-                | MotionCommand::StartProgram(_)
-        )
-    )
+    match statement {
+        Statement::Motion(MotionCommand::StartProgram(_)) => true,
+        Statement::Motion(command) => needs_a_tool(command),
+        _ => false,
+    }
 }
 
 const COLUMNS: &[&str] = &[

@@ -9,21 +9,20 @@ use std::thread;
 
 use clap::{Args, ValueEnum};
 
-use super::enip::link_name::MOST_ROBOTS as MOST_ON_ENIP;
+use super::ending::Endings;
 use super::enip::words;
 use super::ethercat_options::EthercatOptions;
 use super::exit::{Exit, Failure};
-use super::grid::print;
 use super::link_choice::LinkChoice;
+use super::link_text::MOST_ROBOTS;
 use super::order::OrderName;
 use super::report::{Cyclic, Report, ReportedBus, Settings, Sources};
 use super::segment::{Opening, Segment, open_segment};
 use super::source::{self, Source};
-use super::text::link_name::MOST_ROBOTS as MOST_ON_TCP;
 use super::text::run::TcpRun;
 use super::watch::{self, Watcher};
 use super::wording::counted;
-use super::{report_files, summary, text, virtual_robot, wording};
+use super::{report_files, text, virtual_robot, wording};
 use crate::engine::meca500::{ByteOrderSetting, CheckpointPolicy, CheckpointRange, Config, Engine};
 use crate::link::clock::MonotonicClock;
 use crate::link::ethercat::MAX_ROBOTS;
@@ -190,8 +189,7 @@ impl RunArgs {
             )));
         }
         let most = match self.link {
-            LinkChoice::EnipSim { .. } | LinkChoice::Enip(_) => MOST_ON_ENIP,
-            LinkChoice::Tcp(_) => MOST_ON_TCP,
+            LinkChoice::EnipSim { .. } | LinkChoice::Enip(_) | LinkChoice::Tcp(_) => MOST_ROBOTS,
             _ => MAX_ROBOTS,
         };
         let (programs, robots) = (self.programs.len(), self.robots());
@@ -199,7 +197,7 @@ impl RunArgs {
             return Err(Failure::usage(format!(
                 "--robots {robots}: --link {} drives {most} at most{}",
                 self.link,
-                if most < MOST_ON_ENIP { "; on EtherNet/IP there may be more" } else { "" }
+                if most < MOST_ROBOTS { "; on EtherNet/IP there may be more" } else { "" }
             )));
         }
         if programs != 1 && programs != robots {
@@ -427,7 +425,7 @@ pub(super) fn run(args: &RunArgs) -> Result<Exit, Failure> {
     let enip: Vec<_> = (0..count).map(|robot| periodic.segment().enip_report(robot)).collect();
     // Before anything slow: without outputs the watchdogs of the robots run.
     periodic.segment_mut().close();
-    let (mut told, mut exits, mut failures) = (Vec::new(), Vec::new(), Vec::new());
+    let mut endings = Endings::of(count);
     let places = periodic.ports().iter().zip(&directories);
     for (number, (((robot, outcome), (port, directory)), enip)) in
         (1..).zip(robots.iter().zip(&outcomes).zip(places).zip(enip))
@@ -435,7 +433,6 @@ pub(super) fn run(args: &RunArgs) -> Result<Exit, Failure> {
         let source = robot.source;
         let order = args.byte_order.fixed();
         let (exit, message) = wording::outcome(outcome, &source.name, &source.program, order);
-        exits.push(exit);
         let report = Report::new(
             number,
             source.name.clone(),
@@ -459,26 +456,10 @@ pub(super) fn run(args: &RunArgs) -> Result<Exit, Failure> {
                 wall_time_s: wall_time.as_secs_f64(),
             },
         );
-        if !message.is_empty() {
-            // Editors find a place in a file only at the beginning of a line.
-            let message = if count == 1 { message } else { format!("robot {number}:\n{message}") };
-            failures.push(Failure { exit, message, is_located: true });
-        }
-        let written = directory.as_ref().map(|directory| {
-            report_files::write(directory, &args.title(number, source), &report, &robot.recording)
-        });
-        // What happened is worth telling even where it could not be written down.
-        let files = written.transpose().unwrap_or_else(|failure| {
-            failures.push(failure);
-            None
-        });
-        told.push((report, files.unwrap_or_default()));
+        let title = args.title(number, source);
+        endings.add((exit, message), report, &robot.recording, directory.as_deref(), &title);
     }
-    print(&match &told[..] {
-        [(report, files)] => summary::of_one(report, files),
-        several => summary::of_several(several),
-    })?;
-    Failure::all(failures).map_or(Ok(Exit::worst(exits)), Err)
+    endings.tell()
 }
 
 /// Drives all robots to their ends, while another thread tells of it: their outcomes, and the time

@@ -76,13 +76,7 @@ pub(super) fn outcome(
         End::ImplausibleInputs => implausible(order),
         end => reason(end),
     };
-    let mut message = place.unwrap_or_else(|| file.to_string());
-    message.push_str("\n  ");
-    message.push_str(&what);
-    if !remedy.is_empty() {
-        message.push_str("\n  Remedy: ");
-        message.push_str(&remedy);
-    }
+    let mut message = message(place, file, &what, &remedy);
     match outcome.stop {
         Stop::NotNeeded => {}
         Stop::Confirmed => message.push_str("\n  Motion was paused and cleared."),
@@ -100,6 +94,18 @@ pub(super) fn outcome(
         }
     }
     (exit, message)
+}
+
+/// Where, what and what would be right, for a person.
+pub(super) fn message(place: Option<String>, file: &str, what: &str, remedy: &str) -> String {
+    let mut message = place.unwrap_or_else(|| file.to_string());
+    message.push_str("\n  ");
+    message.push_str(what);
+    if !remedy.is_empty() {
+        message.push_str("\n  Remedy: ");
+        message.push_str(remedy);
+    }
+    message
 }
 
 pub(super) const fn exit_of(end: &End) -> Exit {

@@ -1,4 +1,4 @@
-//! Real I/O: the PLC's ends of the buses, and the system clock.
+//! Real I/O: both ends of the buses and of the text interface, and the system clock.
 //!
 //! Read [`direct`] first: the smallest link there is. Every link implements
 //! [`CyclicLink`](crate::cycle::CyclicLink) and has an error of its own: small, `Copy`, with the
@@ -14,6 +14,8 @@ pub mod direct;
 pub mod enip;
 #[cfg(feature = "ethercat")]
 pub mod ethercat;
+#[cfg(any(feature = "enip", feature = "ethercat"))]
+pub mod fault_plan;
 #[cfg(feature = "text")]
 pub mod text;
 #[cfg(any(feature = "enip", feature = "ethercat", feature = "text"))]

@@ -12,20 +12,36 @@ use rustix::io::Errno;
 
 use crate::time::Duration;
 
-/// Longest wait at once; callers come back.
-const LONGEST: Timespec = Timespec { tv_sec: 1, tv_nsec: 0 };
-
 /// What is waited for at a socket.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interest {
-    /// Something to read.
+    /// Something to read, or the socket's end.
     Read,
     /// Room to write.
     Write,
     /// Either.
     ReadAndWrite,
-    /// Nothing for now.
+    /// Nothing for now, but for errors.
     Nothing,
+}
+
+impl Interest {
+    /// As the system is asked for it.
+    pub(super) fn at(self, socket: BorrowedFd<'_>) -> PollFd<'_> {
+        let flags = match self {
+            Self::Read => PollFlags::IN,
+            Self::Write => PollFlags::OUT,
+            Self::ReadAndWrite => PollFlags::IN.union(PollFlags::OUT),
+            Self::Nothing => PollFlags::empty(),
+        };
+        PollFd::from_borrowed_fd(socket, flags)
+    }
+}
+
+/// A limit as the system is given it: a second is longer than anybody waits at once; callers come back.
+pub(super) fn timespec(limit: Duration) -> Timespec {
+    let limit = limit.min(Duration::from_secs(1));
+    Timespec::try_from(limit).unwrap_or(Timespec { tv_sec: 1, tv_nsec: 0 })
 }
 
 /// Sockets to wait for, each with the number of the server that it belongs to.
@@ -44,13 +60,7 @@ impl<'a> WatchList<'a> {
 
     /// Waits for what is of `interest` at `socket`, or for its end.
     pub fn add(&mut self, server: usize, socket: BorrowedFd<'a>, interest: Interest) {
-        let flags = match interest {
-            Interest::Read => PollFlags::IN,
-            Interest::Write => PollFlags::OUT,
-            Interest::ReadAndWrite => PollFlags::IN | PollFlags::OUT,
-            Interest::Nothing => PollFlags::empty(),
-        };
-        self.sockets.push(PollFd::from_borrowed_fd(socket, flags));
+        self.sockets.push(interest.at(socket));
         self.servers.push(server);
     }
 
@@ -60,9 +70,7 @@ impl<'a> WatchList<'a> {
     ///
     /// The system refuses to wait.
     pub fn wait(mut self, limit: Duration) -> io::Result<Ready> {
-        let limit = limit.min(Duration::from_secs(1));
-        let limit = Timespec::try_from(limit).unwrap_or(LONGEST);
-        match poll(&mut self.sockets, Some(&limit)) {
+        match poll(&mut self.sockets, Some(&timespec(limit))) {
             Ok(0) | Err(Errno::INTR) => return Ok(Ready::default()),
             Ok(_) => {}
             Err(error) => return Err(error.into()),

@@ -23,6 +23,20 @@ pub struct Step {
     pub statement: Statement,
 }
 
+/// Whether a robot without the right tool refuses the command and takes the next one all the same.
+#[must_use]
+pub const fn needs_a_tool(command: &MotionCommand) -> bool {
+    matches!(
+        command,
+        MotionCommand::Gripper(_)
+            | MotionCommand::MoveGripper(_)
+            | MotionCommand::SetGripperForce(_)
+            | MotionCommand::SetGripperVel(_)
+            | MotionCommand::SetGripperRange { .. }
+            | MotionCommand::SetValveState(_)
+    )
+}
+
 /// Something wrong with a program.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{line}:{column}: {message}")]

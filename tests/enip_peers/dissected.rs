@@ -3,9 +3,10 @@
 use std::process::Command;
 use std::time::Duration;
 
-use crate::capture::{Capture, Recorded};
+use crate::capture::{Capture, check};
 use crate::loopback::address;
 use crate::namespaces::Running;
+use crate::recording::Recorded;
 
 /// Far longer than anything takes.
 const LONG: Duration = Duration::from_secs(120);
@@ -38,7 +39,7 @@ fn a_run_shows_run_then_idle_and_counts_every_frame() {
     let (_, served) = serving.interrupt(LONG);
     assert!(status.success(), "{said}\n{served}");
     let recorded = capture.end();
-    recorded.check(200);
+    check(&recorded, 200);
 
     let outputs = format!("cipio && ip.src == {here}");
     let runs = numbers(&recorded, &outputs, "cip.32bitheader.run_idle");

@@ -1,13 +1,13 @@
 //! The scanner `ethernetip` from PyPI, in a process of its own, against the virtual robot. What it does
 //! and checks is in `tests/peers/ethernetip_scan.py`.
 
-use std::path::PathBuf;
 use std::process::Command;
 use std::time::Duration;
 
-use crate::capture::Capture;
+use crate::capture::{Capture, check};
 use crate::loopback::address;
 use crate::namespaces::{Running, skip};
+use crate::python::python;
 
 /// Far longer than anything takes.
 const LONG: Duration = Duration::from_secs(120);
@@ -15,26 +15,9 @@ const LONG: Duration = Duration::from_secs(120);
 const SECONDS: u32 = 3;
 const SECONDS_IN_CI: u32 = 30;
 
-/// A Python that knows the scanner: the one of `FIELDARM_PYTHON`, the one that CI installs, or the
-/// system's.
-fn python() -> Option<PathBuf> {
-    let named = std::env::var_os("FIELDARM_PYTHON").map(PathBuf::from);
-    let installed = concat!(env!("CARGO_MANIFEST_DIR"), "/target/ethernetip/bin/python");
-    let mut candidates = named.into_iter().chain([installed.into(), "python3".into()]);
-    let able = candidates.find(|python| {
-        let tried = Command::new(python).args(["-c", "import ethernetip"]).output();
-        tried.is_ok_and(|tried| tried.status.success())
-    });
-    able.or_else(|| {
-        skip(
-            "needs ethernetip (python3 -m venv target/ethernetip; \
-             target/ethernetip/bin/pip install ethernetip)",
-        )
-    })
-}
-
 fn own(order: &str, seconds: u32) {
-    let Some(python) = python() else { return };
+    let found = python("ethernetip==1.2.0", "ethernetip");
+    let Some(python) = found.map_or_else(|reason| skip(&reason), Some) else { return };
     let robot = address();
     let capture = Capture::start(robot, &format!("ethernetip-{order}"));
     let robot = robot.to_string();
@@ -57,7 +40,7 @@ fn own(order: &str, seconds: u32) {
     println!("ethernetip {}", said.trim());
     if let Some(capture) = capture {
         // Both directions, every 10 ms.
-        capture.end().check(usize::try_from(seconds).expect("few") * 100);
+        check(&capture.end(), usize::try_from(seconds).expect("few") * 100);
     }
 }
 

@@ -8,6 +8,10 @@
 mod loopback;
 #[path = "../support/namespaces.rs"]
 mod namespaces;
+#[path = "../support/python.rs"]
+mod python;
+#[path = "../support/recording.rs"]
+mod recording;
 
 mod capture;
 mod ciplink;

@@ -12,8 +12,12 @@ mod namespaces;
 #[allow(dead_code, reason = "another suite uses the rest of it")]
 #[path = "../link_contract/plc.rs"]
 mod plc;
+#[path = "../support/python.rs"]
+mod python;
 #[path = "../support/quick_robot.rs"]
 mod quick_robot;
+#[path = "../support/recording.rs"]
+mod recording;
 #[path = "../support/stock_line.rs"]
 mod stock_line;
 #[path = "../link_contract/watched.rs"]

@@ -1,34 +1,19 @@
 //! SOEM, by its Python binding `pysoem`, against the virtual robots. What it does and checks is in
 //! `tests/peers/pysoem_op.py`.
 
-use std::path::PathBuf;
-use std::process::Command;
 use std::time::Duration;
 
 use crate::capture::Capture;
 use crate::namespaces::{Cable, End, INTERFACE, Running, skip};
+use crate::python::python;
 use crate::served::{Robots, end, serve};
 
 /// Far longer than a run takes.
 const LONG: Duration = Duration::from_secs(120);
 
-/// A Python that knows pysoem: the one of `FIELDARM_PYTHON`, the one that CI installs, or the
-/// system's.
-fn python() -> Option<PathBuf> {
-    let named = std::env::var_os("FIELDARM_PYTHON").map(PathBuf::from);
-    let installed = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/target/pysoem/bin/python"));
-    let candidates = named.into_iter().chain([installed, "python3".into()]);
-    let mut able = candidates.filter(|python| {
-        let tried = Command::new(python).args(["-c", "import pysoem"]).output();
-        tried.is_ok_and(|tried| tried.status.success())
-    });
-    able.next().or_else(|| {
-        skip("needs pysoem (python3 -m venv target/pysoem; target/pysoem/bin/pip install pysoem)")
-    })
-}
-
 fn bring_to_op(robots: Robots, more: &[&str]) {
-    let (Some(cable), Some(python)) = (Cable::plug(), python()) else { return };
+    let found = python("pysoem==1.1.13", "pysoem").map_or_else(|reason| skip(&reason), Some);
+    let (Some(cable), Some(python)) = (Cable::plug(), found) else { return };
     let capture = Capture::start(&cable, &format!("pysoem-{}-{}", robots.count, robots.order));
     let serving = serve(&cable, robots, more);
     let mut command = cable.command(End::Main, python.to_str().expect("UTF-8"));

@@ -2,8 +2,6 @@
 //! in OP after each, no command lost or doubled, every verdict true. `FIELDARM_FAULT_SEED` replays
 //! one run.
 
-use std::env;
-
 use fieldarm::bus::ethercat::meca500::Meca500Settings;
 use fieldarm::engine::meca500::Config;
 use fieldarm::link::ethercat::faulty_wire::{
@@ -18,6 +16,7 @@ use crate::cell::{CYCLE, Cell};
 use crate::checkers::End;
 use crate::contract::{Bus, Cable, PlcEnd};
 use crate::ethercat::{Line, line};
+use crate::lives::{self, stream};
 use crate::plc::Plc;
 use crate::quick_robot::quick_robot;
 use crate::watched::WatchedRobot;
@@ -30,8 +29,6 @@ const LIVES: u64 = if cfg!(debug_assertions) { 3 } else { 25 };
 const BACK_WITHIN: u64 = 4_000;
 /// Longest time a cable stays out, in cycles.
 const LONGEST_OUTAGE: u64 = 2_000;
-/// Commands that wait in the engine while it streams.
-const WAITING: u32 = 6;
 
 /// A PLC that knows how long a frame may be under way here: not longer than [`LONGEST_DELAY`].
 pub(crate) fn patient() -> Config {
@@ -87,16 +84,6 @@ impl Bus for FaultyBus {
     fn restart_plc(self, _: PlcEnd, _: Instant, _: Duration) -> Result<Self, String> {
         Err("one life is all there is here".into())
     }
-}
-
-/// Streams for one cycle: keeps some commands waiting, whatever the robot does.
-fn stream(cell: &mut Cell<FaultyBus>) {
-    while cell.plc.is_connected() && cell.plc.engine.status().waiting < WAITING {
-        if cell.submit_next().is_none() {
-            break;
-        }
-    }
-    cell.step();
 }
 
 /// Streams until the robot is in OP, up, and has finished a command that was submitted since.
@@ -175,23 +162,11 @@ fn live(seed: u64) -> u64 {
         longest = longest.max(until_back(&mut cell));
         cell.judge();
     }
-    cell.finish(5_000);
-    let done = cell.plc.submitted.iter();
-    let done = done.filter(|s| cell.plc.state(s.ticket).end == Some(End::Done)).count();
-    assert!(done > 500, "only {done} commands done\n{cell:#?}");
+    lives::finish(&mut cell);
     longest
 }
 
 #[test]
 fn a_hundred_faults_in_one_life_lose_nothing_and_double_nothing() {
-    if let Some(seed) = env::var("FIELDARM_FAULT_SEED").ok().and_then(|seed| seed.parse().ok()) {
-        println!("seed {seed}: back within {} cycles", live(seed));
-        return;
-    }
-    for seed in 1..=LIVES {
-        let Ok(longest) = std::panic::catch_unwind(|| live(seed)) else {
-            panic!("replay with FIELDARM_FAULT_SEED={seed}");
-        };
-        println!("seed {seed}: back within {longest} cycles");
-    }
+    lives::lead(LIVES, live);
 }

@@ -13,6 +13,7 @@ mod ethercat;
 mod faults;
 mod faults_of_four;
 mod layouts;
+mod lives;
 mod losses;
 mod one_way;
 mod plc;

@@ -1,5 +1,11 @@
 //! The text interface on sockets of the loopback: both ports, and clients.
 
+#[cfg(feature = "sim")]
+#[path = "../support/quick_robot.rs"]
+mod quick_robot;
+#[cfg(feature = "sim")]
+#[path = "../support/text_robot.rs"]
+mod robot;
 #[path = "../text_support/mod.rs"]
 mod text_support;
 
@@ -9,6 +15,4 @@ mod commands;
 mod hostile;
 mod odd_answers;
 mod ports;
-#[cfg(feature = "sim")]
-mod robot;
 mod served;

@@ -9,12 +9,13 @@ ORDER is `little` or `big`. Offsets are typed from the manual's tables 4 to 28. 
 a last line that begins with `passed:`; anything unexpected ends it with what was expected.
 """
 
-import math
 import struct
 import sys
 import time
 
 import ethernetip
+
+from checks import Unexpected, expect, expect_near
 
 OUTPUT_LEN, INPUT_LEN = 60, 252
 INPUT_ASSEMBLY, OUTPUT_ASSEMBLY, CONFIG_ASSEMBLY = 100, 150, 151
@@ -32,21 +33,6 @@ OWNERSHIP_CONFLICT = 0x0106
 PATIENCE_S = 30
 # This scanner rounds its interval up to 8 ms; it asks for 10.
 NAP_S = 0.02
-
-
-class Unexpected(Exception):
-    """Something is not as it must be."""
-
-
-def expect(what, found, expected):
-    if found != expected:
-        raise Unexpected(f"{what}: expected {expected!r}, found {found!r}")
-
-
-def expect_near(what, found, expected):
-    near = all(math.isclose(a, b, abs_tol=0.01) for a, b in zip(found, expected))
-    if len(found) != len(expected) or not near:
-        raise Unexpected(f"{what}: expected {expected!r}, found {found!r}")
 
 
 class Robot:

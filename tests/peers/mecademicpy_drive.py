@@ -9,12 +9,15 @@ ADDRESS has the ports 10000 and 10001. Ends with status 0 and a last line that b
 anything unexpected ends it with what was expected.
 """
 
-import math
+import functools
 import sys
 import time
 
 import mecademicpy.robot as mdr
 from mecademicpy import mx_robot_def as mx
+
+import checks
+from checks import Unexpected, expect
 
 # Far longer than anything takes.
 PATIENCE_S = 60
@@ -23,20 +26,7 @@ CONNECT_S = 20
 NEAR = 0.001
 
 
-class Unexpected(Exception):
-    """Something is not as it must be."""
-
-
-def expect(what, found, expected):
-    if found != expected:
-        raise Unexpected(f"{what}: expected {expected!r}, found {found!r}")
-
-
-def expect_near(what, found, expected, by=NEAR):
-    near = len(found) == len(expected) and all(
-        math.isclose(a, b, abs_tol=by) for a, b in zip(found, expected))
-    if not near:
-        raise Unexpected(f"{what}: expected {expected!r}, found {found!r}")
+expect_near = functools.partial(checks.expect_near, by=NEAR)
 
 
 def expect_raised(what, kind, act):

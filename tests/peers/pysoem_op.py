@@ -9,12 +9,13 @@ a last line that begins with `passed:`; anything unexpected ends it with what wa
 may be tried several times, since SOEM cannot wait for a busy machine; nothing after it may.
 """
 
-import math
 import struct
 import sys
 import time
 
 import pysoem
+
+from checks import Unexpected, expect, expect_near
 
 OUTPUT_LEN, INPUT_LEN = 60, 252
 VENDOR, PRODUCT, REVISION = 0x00ECADE1, 0x0004D500, 1
@@ -28,21 +29,6 @@ CYCLE_S = 0.002
 # Cycles after which something should have happened: far more than it takes.
 PATIENCE = 20_000
 SYNC_MANAGER_WATCHDOG = 0x1B
-
-
-class Unexpected(Exception):
-    """Something is not as it must be."""
-
-
-def expect(what, found, expected):
-    if found != expected:
-        raise Unexpected(f"{what}: expected {expected!r}, found {found!r}")
-
-
-def expect_near(what, found, expected):
-    near = all(math.isclose(a, b, abs_tol=0.01) for a, b in zip(found, expected))
-    if len(found) != len(expected) or not near:
-        raise Unexpected(f"{what}: expected {expected!r}, found {found!r}")
 
 
 class Robot:

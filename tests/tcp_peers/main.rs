@@ -8,5 +8,7 @@
 mod loopback;
 #[path = "../support/namespaces.rs"]
 mod namespaces;
+#[path = "../support/python.rs"]
+mod python;
 
 mod mecademicpy;

@@ -1,37 +1,20 @@
 //! `mecademicpy` from PyPI, in a process of its own, controls the virtual robot. What it does and checks is in
 //! `tests/peers/mecademicpy_drive.py`.
 
-use std::path::PathBuf;
 use std::process::Command;
 use std::time::Duration;
 
 use crate::loopback::address;
 use crate::namespaces::{Running, skip};
+use crate::python::python;
 
 /// Far longer than anything takes.
 const LONG: Duration = Duration::from_secs(240);
 
-/// A Python that knows the package: the one of `FIELDARM_PYTHON`, the one that CI installs, or the
-/// system's.
-fn python() -> Option<PathBuf> {
-    let named = std::env::var_os("FIELDARM_PYTHON").map(PathBuf::from);
-    let installed = concat!(env!("CARGO_MANIFEST_DIR"), "/target/mecademicpy/bin/python");
-    let mut candidates = named.into_iter().chain([installed.into(), "python3".into()]);
-    let able = candidates.find(|python| {
-        let tried = Command::new(python).args(["-c", "import mecademicpy.robot"]).output();
-        tried.is_ok_and(|tried| tried.status.success())
-    });
-    able.or_else(|| {
-        skip(
-            "needs mecademicpy (python3 -m venv target/mecademicpy; \
-             target/mecademicpy/bin/pip install mecademicpy==3.0.3)",
-        )
-    })
-}
-
 /// The package drives a robot that `fieldarm sim` serves with `more` interfaces, at one address.
 fn drive(more: &[&str]) {
-    let Some(python) = python() else { return };
+    let found = python("mecademicpy==3.0.3", "mecademicpy.robot");
+    let Some(python) = found.map_or_else(|reason| skip(&reason), Some) else { return };
     let robot = address().to_string();
     let mut command = Command::new(env!("CARGO_BIN_EXE_fieldarm"));
     command.args(["sim", "--tcp", &robot]);

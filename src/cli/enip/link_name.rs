@@ -7,21 +7,20 @@ use core::net::Ipv4Addr;
 use std::prelude::v1::*;
 
 use crate::bus::enip::scanner::{ConfigPath, T2oType};
+use crate::cli::link_text::{
+    check_count, is_host_name, no_option, no_port, read_options, split_query,
+};
 use crate::time::Duration;
 use crate::wire::enip::MESSAGE_PORT;
 use crate::wire::enip::parameters::TimeoutMultiplier;
 use crate::wire::meca500::adapter::{CONFIG_ASSEMBLY, MIN_RPI_US};
 
-/// Most robots that a name lists; the segment itself takes more, a screen does not.
-pub(in crate::cli) const MOST_ROBOTS: usize = 64;
 /// Intervals that may be asked for, in ms.
 const RPI_MS: core::ops::RangeInclusive<f64> = 0.1..=100.0;
 /// The keys, for messages about what is none.
 const KEYS: &str = "rpi_ms, multiplier, t2o, config, key, bind and io_port";
 /// Those that mean something without sockets.
 const KEYS_IN_MEMORY: &str = "rpi_ms, multiplier, t2o, config and key";
-/// Longest name of a host, in bytes.
-const LONGEST_HOST: usize = 253;
 
 /// A robot's address as it was given.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -104,14 +103,6 @@ impl fmt::Display for EnipName {
     }
 }
 
-/// The part before `?` and the part behind it, if there is one.
-pub(in crate::cli) fn split_query(text: &str) -> (&str, Option<&str>) {
-    match text.split_once('?') {
-        Some((head, query)) => (head, Some(query)),
-        None => (text, None),
-    }
-}
-
 fn parse_hosts(text: &str) -> Result<Vec<Host>, String> {
     if text.is_empty() {
         return Err("enip needs the address of a robot, as in enip:192.168.0.100; enip-sim needs \
@@ -130,9 +121,7 @@ fn parse_hosts(text: &str) -> Result<Vec<Host>, String> {
             hosts.push(host);
         }
     }
-    if hosts.len() > MOST_ROBOTS {
-        return Err(format!("{} addresses; one link drives {MOST_ROBOTS} at most", hosts.len()));
-    }
+    check_count(hosts.len())?;
     Ok(hosts)
 }
 
@@ -147,11 +136,7 @@ fn parse_host(text: &str) -> Result<Vec<Host>, String> {
         }
         Some((name, port)) => match port.parse() {
             Ok(port) if port != 0 => (name, port),
-            _ => {
-                return Err(format!(
-                    "`{port}` is no port of TCP: 1 to 65535, usually {MESSAGE_PORT}"
-                ));
-            }
+            _ => return Err(no_port(port, MESSAGE_PORT)),
         },
     };
     if let Some((first, last)) = name.split_once('-')
@@ -185,21 +170,6 @@ fn row(
     }
 }
 
-/// Letters, digits, hyphens and dots, and not all numbers: those would be a mistyped address.
-fn is_host_name(name: &str) -> bool {
-    let is_label = |label: &str| {
-        let is_inside = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'-' || byte == b'_';
-        !label.is_empty()
-            && label.bytes().all(is_inside)
-            && !label.starts_with('-')
-            && !label.ends_with('-')
-    };
-    let last = name.rsplit('.').next().unwrap_or_default();
-    name.len() <= LONGEST_HOST
-        && name.split('.').all(is_label)
-        && last.bytes().any(|byte| !byte.is_ascii_digit())
-}
-
 impl EnipOptions {
     /// Reads the part behind `?` of a link with robots in memory.
     pub(in crate::cli) fn parse_in_memory(query: Option<&str>) -> Result<Self, String> {
@@ -216,18 +186,7 @@ impl EnipOptions {
 
     fn parse(query: Option<&str>, keys: &str) -> Result<Self, String> {
         let mut options = Self::default();
-        let Some(query) = query else { return Ok(options) };
-        let mut seen: Vec<String> = Vec::new();
-        for (key, value) in form_urlencoded::parse(query.as_bytes()) {
-            if seen.iter().any(|earlier| *earlier == key) {
-                return Err(format!("`{key}` is given twice"));
-            }
-            options.set(&key, &value, keys)?;
-            seen.push(key.into_owned());
-        }
-        if seen.is_empty() {
-            return Err(format!("nothing stands behind `?`; there are {keys}"));
-        }
+        read_options(query, keys, |key, value| options.set(key, value, keys))?;
         Ok(options)
     }
 
@@ -283,7 +242,7 @@ impl EnipOptions {
                     return wrong("a UDP port of this machine, 1 to 65535, or 0 for any free one");
                 }
             },
-            _ => return Err(format!("`{key}` is no option of this link; there are {keys}")),
+            _ => return Err(no_option(key, keys)),
         }
         Ok(())
     }
@@ -292,6 +251,7 @@ impl EnipOptions {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::link_text::MOST_ROBOTS;
 
     fn names(text: &str) -> Vec<String> {
         let name = EnipName::parse(text).expect(text);

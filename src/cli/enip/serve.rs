@@ -133,10 +133,11 @@ impl EnipFace {
         self.server.set_plugged(robot, plugged)
     }
 
-    /// Number of connections to a robot, and whether one of them owns it.
-    pub(in crate::cli) fn connections(&self, robot: usize) -> Option<(usize, bool)> {
-        let adapter = self.server.robots().nth(robot)?.adapter();
-        Some((adapter.connections().count(), adapter.owner().is_some()))
+    /// How many connections to a robot are not its owner's.
+    pub(in crate::cli) fn monitors(&self, robot: usize) -> usize {
+        let Some(served) = self.server.robots().nth(robot) else { return 0 };
+        let adapter = served.adapter();
+        adapter.connections().count().saturating_sub(usize::from(adapter.owner().is_some()))
     }
 
     /// What passed, for a person.

@@ -92,11 +92,6 @@ impl Cell for Beside<'_, '_> {
     }
 
     fn monitors(&self, number: usize) -> usize {
-        let Some(facts) = self.facts(number) else { return 0 };
-        let text = facts.text.map_or(0, |text| text.monitors);
-        let ethernet_ip = facts
-            .ethernet_ip
-            .map_or(0, |enip| enip.connections.saturating_sub(usize::from(enip.has_owner)));
-        text + ethernet_ip
+        self.facts(number).map_or(0, |facts| facts.monitors)
     }
 }

@@ -1,13 +1,13 @@
 //! `fieldarm sim`: virtual robots on any mix of EtherCAT, EtherNet/IP and the text interface.
 //!
 //! Read [`run`] first, then [`faces`]: one loop waits for all that robots are served on. [`stage`] is what
-//! stands beside the robots between two passes.
+//! stands beside the robots between two passes, [`operator`] the person there: scenario, keys, kept state.
 //!
 //! ```text
 //!            EtherCAT line ── OnEtherCat ──.
 //! faces ──▶  adapters ─────── OnEtherNetIp ┼── SharedRobot ── VirtualRobot
 //!            TCP ports ────────────────────┘        ▲
-//!                                                 stage: power, cables, buttons
+//!                              operator ──▶ stage: power, cables, buttons
 //! ```
 //!
 //! Source: PM L1687 (EtherCAT shuts the others out), PM L1778 (one controller at a time over the others).

@@ -2,8 +2,6 @@
 //!
 //! Read [`Stage`] first. A scenario, keys or a status line need nothing else.
 
-#![allow(dead_code, reason = "the power supply acts already; scenario and keys use the rest")]
-
 use core::cell::RefMut;
 use std::prelude::v1::*;
 
@@ -12,8 +10,7 @@ use super::power::Power;
 use super::teller::Teller;
 use crate::cli::text::serve::TextFace;
 use crate::link::ethercat::serve::Standing;
-use crate::sim::meca500::{Controller, Lifecycle, VirtualRobot};
-use crate::text_device::TextDevice;
+use crate::sim::meca500::{Controller, VirtualRobot};
 use crate::time::Instant;
 
 /// One of a robot's cables, as far as its protocols see it. A real robot has one for all.
@@ -59,34 +56,15 @@ impl Cables {
 /// What can be seen of a robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Facts {
-    pub(super) lifecycle: Lifecycle,
     /// EtherCAT mode: it has no other face.
     pub(super) is_in_ethercat_mode: bool,
     /// Who controls it in TCP/IP mode.
     pub(super) controller: Option<Controller>,
     /// Its place in the EtherCAT line, if there is one.
     pub(super) ethercat: Option<Standing>,
-    /// Its EtherNet/IP connections, if it is served there.
-    pub(super) ethernet_ip: Option<EnipFacts>,
-    /// Its TCP connections, if it is served there.
-    pub(super) text: Option<TextFacts>,
-    pub(super) cables: Cables,
-}
-
-/// Connections on EtherNet/IP.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct EnipFacts {
-    /// Class 1 connections, the owner's among them.
-    pub(super) connections: usize,
-    pub(super) has_owner: bool,
-}
-
-/// Connections at the two ports of the text interface.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct TextFacts {
-    pub(super) is_open: bool,
-    pub(super) has_control: bool,
+    /// How many connections only watch, on EtherNet/IP and at the monitoring port.
     pub(super) monitors: usize,
+    pub(super) cables: Cables,
 }
 
 /// The robots and all that is around them, between two passes. Robots count from 0; one that does not
@@ -149,17 +127,11 @@ impl<'a> Stage<'a> {
         let ethercat = ethercat.as_ref().and_then(|face| face.standing(robot));
         let state = robots.get(robot)?.borrow();
         Some(Facts {
-            lifecycle: state.lifecycle(),
             is_in_ethercat_mode: state.protocol_settings().ethercat,
             controller: state.controller(),
             ethercat,
-            ethernet_ip: enip
-                .as_ref()
-                .and_then(|face| face.connections(robot))
-                .map(|(connections, has_owner)| EnipFacts { connections, has_owner }),
-            text: text.get(robot).map(TextFace::connections).map(|(has_control, monitors)| {
-                TextFacts { is_open: state.is_on_text(), has_control, monitors }
-            }),
+            monitors: text.get(robot).map_or(0, TextFace::monitors)
+                + enip.as_ref().map_or(0, |face| face.monitors(robot)),
             cables: *cables.get(robot)?,
         })
     }

@@ -9,19 +9,17 @@ use std::prelude::v1::*;
 
 use super::place::Place;
 use crate::bus::text::{CONTROL_PORT, MONITORING_PORT};
-use crate::cli::enip::link_name::split_query;
 use crate::cli::exit::Failure;
+use crate::cli::link_text::{
+    check_count, is_host_name, no_option, no_port, read_options, split_query,
+};
 use crate::run::text::TextSettings;
 use crate::time::Duration;
 
-/// Most robots that a name lists.
-pub(in crate::cli) const MOST_ROBOTS: usize = 64;
 /// The keys, for messages about what is none.
 const KEYS: &str = "monitor, interval_ms and watchdog_ms";
 /// Those that mean something without sockets.
 const KEYS_IN_MEMORY: &str = "interval_ms and watchdog_ms";
-/// Longest name of a host, in bytes.
-const LONGEST_HOST: usize = 253;
 
 /// A port of a robot as it was given.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -32,18 +30,14 @@ pub(in crate::cli) struct Host {
 }
 
 impl Host {
-    fn parse(text: &str, usual: u16) -> Result<Self, String> {
+    /// Reads `ADDR` or `ADDR:PORT`; the port is `usual` where none is given.
+    pub(in crate::cli) fn parse(text: &str, usual: u16) -> Result<Self, String> {
         if let Ok(place) = text.parse::<Place>() {
-            let port = place.port.unwrap_or(usual);
-            return Self { name: place.address.to_string(), port }.with_a_port();
+            let place = place.with_port(usual);
+            return Self { name: place.ip().to_string(), port: place.port() }.with_a_port();
         }
         let (name, port) = match text.split_once(':') {
-            Some((name, port)) => {
-                let port = port.parse().map_err(|_| {
-                    format!("`{port}` is no port of TCP: 1 to 65535, usually {usual}")
-                })?;
-                (name, port)
-            }
+            Some((name, port)) => (name, port.parse().map_err(|_| no_port(port, usual))?),
             None => (text, usual),
         };
         if !is_host_name(name) {
@@ -62,7 +56,8 @@ impl Host {
         }
     }
 
-    /// Where it is.
+    /// Where it is; of a name with several addresses, an IPv4 address first, for that is what a Meca500
+    /// has: `localhost` is often `::1` before it is `127.0.0.1`.
     pub(in crate::cli) fn look_up(&self) -> Result<SocketAddr, Failure> {
         if let Ok(address) = self.name.parse::<IpAddr>() {
             return Ok(SocketAddr::new(address, self.port));
@@ -70,24 +65,9 @@ impl Host {
         let found = (self.name.as_str(), self.port).to_socket_addrs();
         let none =
             |why: String| Failure::link(format!("the host `{}` is not known: {why}", self.name));
-        let mut found = found.map_err(|error| none(error.to_string()))?;
-        found.next().ok_or_else(|| none("it has no address".into()))
+        let found = found.map_err(|error| none(error.to_string()))?;
+        found.min_by_key(SocketAddr::is_ipv6).ok_or_else(|| none("it has no address".into()))
     }
-}
-
-/// Letters, digits, hyphens and dots, and not all numbers: those would be a mistyped address.
-fn is_host_name(name: &str) -> bool {
-    let is_label = |label: &str| {
-        let is_inside = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'-' || byte == b'_';
-        !label.is_empty()
-            && label.bytes().all(is_inside)
-            && !label.starts_with('-')
-            && !label.ends_with('-')
-    };
-    let last = name.rsplit('.').next().unwrap_or_default();
-    name.len() <= LONGEST_HOST
-        && name.split('.').all(is_label)
-        && last.bytes().any(|byte| !byte.is_ascii_digit())
 }
 
 /// How the run shall be.
@@ -104,18 +84,7 @@ pub(in crate::cli) struct TcpOptions {
 impl TcpOptions {
     fn parse(query: Option<&str>, keys: &str) -> Result<Self, String> {
         let mut options = Self::default();
-        let Some(query) = query else { return Ok(options) };
-        let mut seen: Vec<String> = Vec::new();
-        for (key, value) in form_urlencoded::parse(query.as_bytes()) {
-            if seen.iter().any(|earlier| *earlier == key) {
-                return Err(format!("`{key}` is given twice"));
-            }
-            options.set(&key, &value, keys)?;
-            seen.push(key.into_owned());
-        }
-        if seen.is_empty() {
-            return Err(format!("nothing stands behind `?`; there are {keys}"));
-        }
+        read_options(query, keys, |key, value| options.set(key, value, keys))?;
         Ok(options)
     }
 
@@ -145,7 +114,7 @@ impl TcpOptions {
                     "the time in ms after which a robot that hears nothing stops, 100 to 60000";
                 self.watchdog = ms(100.0..=60_000.0, what)?;
             }
-            _ => return Err(format!("`{key}` is no option of this link; there are {keys}")),
+            _ => return Err(no_option(key, keys)),
         }
         Ok(())
     }
@@ -197,12 +166,7 @@ impl TcpName {
                 ));
             }
         }
-        if hosts.len() > MOST_ROBOTS {
-            return Err(format!(
-                "{} addresses; one link drives {MOST_ROBOTS} at most",
-                hosts.len()
-            ));
-        }
+        check_count(hosts.len())?;
         if !options.monitors.is_empty() && options.monitors.len() != hosts.len() {
             return Err(format!(
                 "monitor names {}, the link {}: name one monitoring port for each robot, with commas \
@@ -253,6 +217,12 @@ mod tests {
         assert_eq!(name.options.interval, Some(Duration::from_micros(2_500)));
         assert_eq!(name.options.watchdog, Some(Duration::from_millis(500)));
         assert_eq!(name.to_string(), "tcp:a?monitor=10.0.0.7&interval_ms=2.5&watchdog_ms=500");
+    }
+
+    #[test]
+    fn a_name_is_looked_up_as_the_robots_have_addresses() {
+        let host = Host::parse("localhost", CONTROL_PORT).expect("a name");
+        assert_eq!(host.look_up().map(|at| at.to_string()), Ok("127.0.0.1:10000".into()));
     }
 
     #[test]

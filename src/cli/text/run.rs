@@ -10,17 +10,16 @@ use std::sync::atomic::AtomicBool;
 use std::thread;
 
 use super::link_name::TcpName;
-use super::run_link::{AnyLink, MemoryLink, SocketLink, ports};
+use super::run_link::{AnyLink, MemoryLink, Ports, SocketLink, ports};
 use super::run_words;
+use crate::cli::ending::Endings;
 use crate::cli::exit::{Exit, Failure};
-use crate::cli::grid::print;
 use crate::cli::order::OrderName;
 use crate::cli::report::{Report, ReportedTcp, Settings, Sources};
 use crate::cli::run_program::{self, set_nothing_moves};
 use crate::cli::source::Source;
 use crate::cli::virtual_robot::{self, SimArgs};
 use crate::cli::watch::{self, Watcher};
-use crate::cli::{report_files, summary};
 use crate::link::clock::MonotonicClock;
 use crate::run::outcome::Outcome;
 use crate::run::program::Program;
@@ -57,7 +56,8 @@ type Ports = Option<(SocketAddr, Option<SocketAddr>)>;
 /// One robot of the run, and what becomes of it.
 struct Robot<'p> {
     source: &'p Source,
-    ports: Ports,
+    /// Where its ports are; none where it is in this process.
+    ports: Option<Ports>,
     /// Until it is driven: a robot whose run has ended is let go, and stops if it has not yet.
     link: Option<AnyLink>,
     runner: TextRunner<'p>,
@@ -92,10 +92,12 @@ fn open_all<'a>(run: &TcpRun<'a>) -> Result<Vec<Robot<'a>>, Failure> {
         }
         let checkpoints = run_program::own_checkpoints(&source.program)?;
         let label = if several { format!("robot {}: ", place + 1) } else { String::new() };
-        let (ports, link) = open(run, place, &label).map_err(|failure| Failure {
+        let named = |failure: Failure| Failure {
             message: format!("--link {}: {label}{}", run.link, failure.message),
             ..failure
-        })?;
+        };
+        let ports = ports(&run.link.hosts, &run.link.options, place).map_err(named)?;
+        let link = open(run, ports, &label).map_err(named)?;
         robots.push(Robot {
             source,
             ports,
@@ -107,12 +109,19 @@ fn open_all<'a>(run: &TcpRun<'a>) -> Result<Vec<Robot<'a>>, Failure> {
     Ok(robots)
 }
 
-fn open(run: &TcpRun<'_>, place: usize, label: &str) -> Result<(Ports, AnyLink), Failure> {
-    let ports = ports(&run.link.hosts, &run.link.options, place)?;
-    let link = match ports {
-        Some((control, monitor)) => SocketLink::open(control, monitor, label.into(), run.is_quiet)
-            .map(Box::new)
-            .map(AnyLink::Sockets),
+fn open(run: &TcpRun<'_>, ports: Option<Ports>, label: &str) -> Result<AnyLink, Failure> {
+    match ports {
+        Some(ports) => {
+            let (link, revision) = SocketLink::open(ports, label.into(), run.is_quiet)?;
+            if let Some(revision) = revision.filter(|revision| *revision != run.revision) {
+                link.say(&format!(
+                    "the robot is a revision {revision}, and the program was checked for {}; --revision {revision} \
+                     knows its limits",
+                    run.revision
+                ));
+            }
+            Ok(AnyLink::Sockets(Box::new(link)))
+        }
         None => {
             let robot =
                 virtual_robot::new(run.sim, OrderName::Big, run.revision, CyclicBus::Direct);
@@ -152,7 +161,7 @@ fn drive_all(run: &TcpRun<'_>, robots: &mut [Robot<'_>]) -> Vec<Ended> {
 /// Reports, messages and the exit code.
 fn tell(run: &TcpRun<'_>, robots: &[Robot<'_>], ended: &[Ended]) -> Result<Exit, Failure> {
     let count = robots.len();
-    let (mut told, mut exits, mut failures) = (Vec::new(), Vec::new(), Vec::new());
+    let mut endings = Endings::of(count);
     let places = run.directories.iter().zip(&run.titles);
     for (number, ((robot, Ended { outcome, wall_time }), (directory, title))) in
         (1..).zip(robots.iter().zip(ended).zip(places))
@@ -165,7 +174,6 @@ fn tell(run: &TcpRun<'_>, robots: &[Robot<'_>], ended: &[Ended]) -> Result<Exit,
             runner.records(),
             runner.lost(),
         );
-        exits.push(exit);
         let report = Report::new(
             number,
             source.name.clone(),
@@ -178,36 +186,20 @@ fn tell(run: &TcpRun<'_>, robots: &[Robot<'_>], ended: &[Ended]) -> Result<Exit,
                 counts: runner.counts(),
                 records: runner.records(),
                 cyclic: None,
-                tcp: Some(reported(run, runner, *ports)),
+                tcp: Some(reported(run, *ports, runner)),
                 bus: None,
                 enip: None,
                 recording,
                 wall_time_s: wall_time.as_secs_f64(),
             },
         );
-        if !message.is_empty() {
-            // Editors find a place in a file only at the beginning of a line.
-            let message = if count == 1 { message } else { format!("robot {number}:\n{message}") };
-            failures.push(Failure { exit, message, is_located: true });
-        }
-        let written = directory
-            .as_ref()
-            .map(|directory| report_files::write(directory, title, &report, recording));
-        // What happened is worth telling even where it could not be written down.
-        let files = written.transpose().unwrap_or_else(|failure| {
-            failures.push(failure);
-            None
-        });
-        told.push((report, files.unwrap_or_default()));
+        endings.add((exit, message), report, recording, directory.as_deref(), title);
     }
-    print(&match &told[..] {
-        [(report, files)] => summary::of_one(report, files),
-        several => summary::of_several(several),
-    })?;
+    let told = endings.tell();
     if ended.len() < count {
         return Err(Failure::internal("a robot's thread failed"));
     }
-    Failure::all(failures).map_or(Ok(Exit::worst(exits)), Err)
+    told
 }
 
 fn settings(run: &TcpRun<'_>, robots: usize) -> Settings {
@@ -222,11 +214,11 @@ fn settings(run: &TcpRun<'_>, robots: usize) -> Settings {
     }
 }
 
-fn reported(run: &TcpRun<'_>, runner: &TextRunner<'_>, ports: Ports) -> ReportedTcp {
+fn reported(run: &TcpRun<'_>, ports: Option<Ports>, runner: &TextRunner<'_>) -> ReportedTcp {
     let ms = |duration: Option<Duration>| duration.map(|duration| duration.as_secs_f64() * 1e3);
     ReportedTcp {
-        control: ports.map(|(control, _)| control.to_string()),
-        monitor: ports.and_then(|(_, monitor)| monitor).map(|at| at.to_string()),
+        control: ports.map(|ports| ports.control.to_string()),
+        monitor: ports.and_then(|ports| ports.monitor).map(|at| at.to_string()),
         interval_ms: ms(run.link.options.interval),
         watchdog_ms: ms(run.link.options.watchdog),
         ..ReportedTcp::new(runner.statistics())

@@ -3,7 +3,7 @@
 use std::prelude::v1::*;
 
 use crate::cli::exit::Exit;
-use crate::cli::wording::{exit_of, place, reason};
+use crate::cli::wording::{exit_of, message, place, reason};
 use crate::run::outcome::{End, LinkMessage, Outcome, Stop};
 use crate::run::program::Program;
 use crate::run::record::{StepEnd, StepRecord};
@@ -35,13 +35,7 @@ pub(super) fn outcome(
         ),
         end => reason(end),
     };
-    let mut message = place.unwrap_or_else(|| file.to_string());
-    message.push_str("\n  ");
-    message.push_str(&what);
-    if !remedy.is_empty() {
-        message.push_str("\n  Remedy: ");
-        message.push_str(&remedy);
-    }
+    let mut message = message(place, file, &what, &remedy);
     if let Some(stop) = stop {
         message.push_str("\n  ");
         message.push_str(&stop);

@@ -124,10 +124,9 @@ impl TextFace {
         self.teller.say(format_args!("{}{words}", self.label));
     }
 
-    /// Whether somebody has the control connection, and how many have a monitoring one.
-    pub(in crate::cli) fn connections(&self) -> (bool, usize) {
-        let has_control = self.ports.peers().any(|peer| peer == Peer::Control);
-        (has_control, self.ports.peers().filter(|peer| *peer != Peer::Control).count())
+    /// How many have a monitoring connection.
+    pub(in crate::cli) fn monitors(&self) -> usize {
+        self.ports.peers().filter(|peer| *peer != Peer::Control).count()
     }
 
     /// What passed so far.

@@ -18,6 +18,7 @@ use std::io;
 use std::vec::Vec;
 
 use super::network::{Arrival, Network};
+use crate::link::fault_plan::Draws;
 use crate::time::{Duration, Instant};
 
 /// Longest time that a frame is held back.
@@ -104,21 +105,8 @@ impl core::fmt::Display for NetworkFault {
     }
 }
 
-/// Which faults come, and how often.
-#[derive(Clone, Debug)]
-pub struct FaultPlan {
-    /// A fault and the chance that a frame meets it, in 1/1000; looked at in this order.
-    pub chances: Vec<(NetworkFault, u16)>,
-    /// Where the random numbers begin.
-    pub seed: u64,
-    /// Number of faults after which the network is perfect; `None` is no end.
-    pub limit: Option<u32>,
-}
-
-impl FaultPlan {
-    /// A perfect network.
-    pub const NONE: Self = Self { chances: Vec::new(), seed: 0, limit: None };
-}
+/// Which faults of a network come, and how often.
+pub type FaultPlan = crate::link::fault_plan::FaultPlan<NetworkFault>;
 
 /// What a direction does besides single faults.
 #[derive(Clone, Copy, Debug, Default)]
@@ -176,10 +164,7 @@ pub struct FaultyNetwork<N> {
 
 /// All of a [`FaultyNetwork`] but the network.
 struct Faults {
-    plan: FaultPlan,
-    random: fastrand::Rng,
-    made: u32,
-    last: Option<NetworkFault>,
+    draws: Draws<NetworkFault>,
     sent: Way,
     received: Way,
     /// Whether sending fails: the scanner's own cable is out, and it is told.
@@ -201,10 +186,7 @@ impl<N: Network> FaultyNetwork<N> {
     #[must_use]
     pub fn new(network: N, plan: FaultPlan) -> Self {
         let faults = Faults {
-            random: fastrand::Rng::with_seed(plan.seed),
-            plan,
-            made: 0,
-            last: None,
+            draws: Draws::new(plan),
             sent: Way::default(),
             received: Way::default(),
             is_unplugged: false,
@@ -232,13 +214,13 @@ impl<N: Network> FaultyNetwork<N> {
     /// Number of faults made so far.
     #[must_use]
     pub const fn faults_made(&self) -> u32 {
-        self.faults.made
+        self.faults.draws.made()
     }
 
     /// The newest fault.
     #[must_use]
     pub const fn last_fault(&self) -> Option<NetworkFault> {
-        self.faults.last
+        self.faults.draws.last()
     }
 
     /// Whether nothing is held back, nothing is silent and nothing is refused.
@@ -331,13 +313,13 @@ impl<N: Network> FaultyNetwork<N> {
         let now = self.network.now();
         match fault {
             NetworkFault::Silence => {
-                let until = now + Duration::from_millis(self.faults.random.u64(SILENCE_MS));
+                let until = now + Duration::from_millis(self.faults.draws.random.u64(SILENCE_MS));
                 self.faults.way(direction).silent_until = Some(until);
             }
             NetworkFault::StreamDrop => self.drop_streams(),
             NetworkFault::StreamRefuse => {
                 self.drop_streams();
-                let until = now + Duration::from_millis(self.faults.random.u64(REFUSAL_MS));
+                let until = now + Duration::from_millis(self.faults.draws.random.u64(REFUSAL_MS));
                 self.faults.refuses_until = Some(until);
             }
             NetworkFault::PowerCycle => self.faults.power_cycle = true,
@@ -444,26 +426,13 @@ impl Faults {
 
     /// The fault that the frame in hand meets.
     fn draw(&mut self, direction: Direction) -> Option<NetworkFault> {
-        let drawn = match self.way(direction).injected.take() {
-            Some(fault) => Some(fault),
-            None if self.plan.limit.is_some_and(|limit| self.made >= limit) => None,
-            None => {
-                let random = &mut self.random;
-                let chances = self.plan.chances.iter();
-                let mut met = chances.filter(|(_, per_mille)| random.u16(0..1000) < *per_mille);
-                met.next().map(|(fault, _)| *fault)
-            }
-        };
-        if drawn.is_some() {
-            self.made = self.made.saturating_add(1);
-            self.last = drawn;
-        }
-        drawn
+        let injected = self.way(direction).injected.take();
+        self.draws.draw(injected)
     }
 
     fn delay(&mut self) -> Duration {
         let longest = LONGEST_DELAY.as_micros() as u64;
-        Duration::from_micros(self.random.u64(1..=longest))
+        Duration::from_micros(self.draws.random.u64(1..=longest))
     }
 
     fn is_refusing(&self, now: Instant) -> bool {

@@ -30,7 +30,7 @@ use crate::cycle::CyclicDevice;
 use crate::link::cable;
 use crate::link::clock::{MonotonicClock, wake_exactly};
 #[cfg(target_os = "linux")]
-use crate::link::watch_list::{Interest as Readiness, WatchList};
+use crate::link::watch_list::WatchList;
 use crate::time::{Duration, Instant};
 use crate::wire::enip::{IO_PORT, MESSAGE_PORT};
 
@@ -378,7 +378,7 @@ impl<D: CyclicDevice> Server<D> {
     /// called when one of them is ready, and at [`next_due`](Self::next_due).
     #[cfg(target_os = "linux")]
     pub fn watch<'a>(&'a self, list: &mut WatchList<'a>, server: usize) {
-        list.add(server, self.waiter.as_fd(), Readiness::Read);
+        list.add(server, self.waiter.as_fd(), Interest::Read);
     }
 
     /// Pulls the network cable of a robot, or plugs it in again. While it is out nothing arrives and

@@ -5,21 +5,11 @@
 
 use std::io;
 
-use rustix::event::Timespec;
 use rustix::fd::BorrowedFd;
 
+pub(super) use crate::link::watch_list::Interest;
+use crate::link::watch_list::timespec;
 use crate::time::Duration;
-
-/// What is waited for at a socket.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Interest {
-    /// Something to read, or its end.
-    Read,
-    /// That too, and room to write: a connection that comes up, or bytes that wait to be sent.
-    ReadAndWrite,
-    /// Nothing for now, but for errors.
-    Nothing,
-}
 
 /// A socket to wait for, with the number that tells it apart.
 #[derive(Clone, Copy, Debug)]
@@ -27,12 +17,6 @@ pub(super) struct Source<'a> {
     pub(super) key: usize,
     pub(super) socket: BorrowedFd<'a>,
     pub(super) interest: Interest,
-}
-
-fn timespec(timeout: Duration) -> Timespec {
-    // A second is longer than anybody waits at once; callers come back.
-    let timeout = timeout.min(Duration::from_secs(1));
-    Timespec::try_from(timeout).unwrap_or(Timespec { tv_sec: 1, tv_nsec: 0 })
 }
 
 #[cfg(target_os = "linux")]
@@ -44,11 +28,11 @@ pub(super) use listed::Waiter;
 mod in_kernel {
     use core::mem::MaybeUninit;
 
-    use rustix::event::{PollFd, PollFlags, epoll, poll};
+    use rustix::event::{PollFd, PollFlags, Timespec, epoll, poll};
     use rustix::fd::{AsFd, BorrowedFd, OwnedFd};
     use rustix::io::Errno;
 
-    use super::{Duration, Interest, Source, Timespec, io, timespec};
+    use super::{Duration, Interest, Source, io, timespec};
 
     /// Sockets that one wait tells of at most.
     const MOST: usize = 64;
@@ -128,6 +112,7 @@ mod in_kernel {
     fn flags(interest: Interest) -> epoll::EventFlags {
         match interest {
             Interest::Read => epoll::EventFlags::IN,
+            Interest::Write => epoll::EventFlags::OUT,
             Interest::ReadAndWrite => epoll::EventFlags::IN | epoll::EventFlags::OUT,
             Interest::Nothing => epoll::EventFlags::empty(),
         }
@@ -136,12 +121,12 @@ mod in_kernel {
 
 #[cfg(any(test, not(target_os = "linux")))]
 mod listed {
-    use rustix::event::{PollFd, PollFlags, poll};
-    use rustix::io::Errno;
-
     use std::vec::Vec;
 
-    use super::{Duration, Interest, Source, io, timespec};
+    use rustix::event::{PollFd, poll};
+    use rustix::io::Errno;
+
+    use super::{Duration, Source, io, timespec};
 
     /// Waits for the sockets that are named in each call.
     #[derive(Debug)]
@@ -173,14 +158,7 @@ mod listed {
             mut ready: impl FnMut(usize),
         ) -> io::Result<()> {
             let sources: Vec<Source<'a>> = sources.collect();
-            let asked = |source: &Source<'a>| {
-                let flags = match source.interest {
-                    Interest::Read => PollFlags::IN,
-                    Interest::ReadAndWrite => PollFlags::IN | PollFlags::OUT,
-                    Interest::Nothing => PollFlags::empty(),
-                };
-                PollFd::from_borrowed_fd(source.socket, flags)
-            };
+            let asked = |source: &Source<'a>| source.interest.at(source.socket);
             let mut list: Vec<PollFd<'_>> = sources.iter().map(asked).collect();
             match poll(&mut list, Some(&timespec(timeout))) {
                 Ok(_) | Err(Errno::INTR) => {}

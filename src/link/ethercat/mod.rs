@@ -1,6 +1,7 @@
-//! EtherCAT: the main device's end on the crate `ethercrab`, and the wires it can run on.
+//! EtherCAT, both ends: a main device on the crate `ethercrab`, the wires it can run on, and robots served on one.
 //!
-//! Read [`wire`] first: all that the link knows of the outside world.
+//! Read [`wire`] first: all that the link knows of the outside world. [`EthercatSegment`] drives robots over it,
+//! [`serve`] is the robots' end, [`memory`] joins both, and [`faulty_wire`] misbehaves between them.
 
 mod answer;
 mod borrowed;

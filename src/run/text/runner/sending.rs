@@ -6,6 +6,7 @@ use std::string::ToString;
 use super::{Barrier, Flow, Stage, TextRunner};
 use crate::engine::meca500::{Action, SubmitError};
 use crate::run::outcome::{End, Outcome, Stop};
+use crate::run::program::needs_a_tool;
 use crate::run::runner::{actions_of, acts_on_the_queue};
 use crate::run::text::trace::Frame;
 use crate::time::{Duration, Instant};
@@ -131,7 +132,7 @@ impl TextRunner<'_> {
         let checkpoint = self.in_flight.push(step);
         self.talk.say(format!("SetCheckpoint({checkpoint})"));
         self.next += 1;
-        if starts_program || may_lack_a_tool(&command) {
+        if starts_program || needs_a_tool(&command) {
             self.barrier = Some(Barrier { step, until_done: starts_program });
             self.talk.mark(self.next, now);
             self.marked = self.next;
@@ -215,17 +216,4 @@ impl TextRunner<'_> {
             _ => None,
         }
     }
-}
-
-/// Whether a robot without the right tool refuses the command and takes the next one all the same.
-const fn may_lack_a_tool(command: &MotionCommand) -> bool {
-    matches!(
-        command,
-        MotionCommand::Gripper(_)
-            | MotionCommand::MoveGripper(_)
-            | MotionCommand::SetGripperForce(_)
-            | MotionCommand::SetGripperVel(_)
-            | MotionCommand::SetGripperRange { .. }
-            | MotionCommand::SetValveState(_)
-    )
 }

@@ -1,15 +1,19 @@
 //! The virtual robot behind its ports, served by a thread.
 
+#![allow(dead_code, reason = "each test binary uses a part of it")]
+
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
+use std::time::Duration;
 
-use crate::served::LONG;
 use fieldarm::link::text::{Client, ClientOptions, Endpoints, TextServer};
 use fieldarm::sim::meca500::VirtualRobot;
 
-#[path = "../support/quick_robot.rs"]
-mod quick_robot;
+use crate::quick_robot::quick_robot;
+
+/// Longer than anything here takes; what takes longer hangs.
+const LONG: Duration = Duration::from_secs(30);
 
 pub(crate) struct Robot {
     pub(crate) endpoints: Endpoints,
@@ -20,7 +24,7 @@ pub(crate) struct Robot {
 impl Robot {
     pub(crate) fn start() -> Self {
         let any = "127.0.0.1:0".parse().unwrap();
-        let robot = VirtualRobot::new(quick_robot::quick_robot());
+        let robot = VirtualRobot::new(quick_robot());
         let endpoints = Endpoints { control: any, monitoring: any };
         let mut server = TextServer::bind(robot, endpoints).unwrap();
         let endpoints = server.endpoints();
