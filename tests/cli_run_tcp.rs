@@ -222,6 +222,22 @@ fn a_robot_that_vanishes_ends_the_run_with_what_is_known_of_its_lines() {
     assert_eq!(report["steps"][2]["end"], "unknown");
 }
 
+#[test]
+fn a_robot_of_another_revision_is_told_apart() {
+    let scratch = Scratch::new("tcp_revision");
+    let program = scratch.write("short.txt", "Delay(0)\n");
+    let address = address().to_string();
+    let mut serving =
+        Running::start(&mut fieldarm(&["sim", "--tcp", &address, "--revision", "R4"]));
+    serving.wait_for("Ctrl-C ends it", LONG);
+    let link = format!("tcp:{address}");
+    let words = "the robot is a revision R4, and the program was checked for R3";
+    let ended = run(&["run", &program, "--link", &link]);
+    assert!(ended.code == Some(0) && ended.stderr.contains(words), "{ended:?}");
+    let ended = run(&["run", &program, "--link", &link, "--revision", "R4"]);
+    assert!(ended.code == Some(0) && !ended.stderr.contains("revision"), "{ended:?}");
+}
+
 fn refused(arguments: &[&str], code: i32, words: &str) {
     let ended: Ended = run(&[&["run", "programs/square.txt", "-q"], arguments].concat());
     assert_eq!(ended.code, Some(code), "{arguments:?}: {ended:?}");

@@ -12,7 +12,7 @@ use std::io::{BufRead, BufReader, Read};
 use std::os::fd::AsFd;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::sync::{Arc, Mutex, PoisonError, mpsc};
+use std::sync::{Arc, Mutex, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard, mpsc};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -25,6 +25,8 @@ pub const TO_MAIN: &str = "to-main";
 /// The interface between the two halves of a cable, towards the robots.
 pub const TO_ROBOTS: &str = "to-robots";
 
+/// Whose frames have to be in time has the cores for itself.
+static CORES: RwLock<()> = RwLock::new(());
 static CABLES: AtomicU32 = AtomicU32::new(0);
 
 /// One end of the cable.
@@ -38,43 +40,62 @@ pub enum End {
     Between,
 }
 
+/// How a test has the cores while its cable is there.
+#[allow(dead_code, reason = "held, not read")]
+enum Turn {
+    Shared(RwLockReadGuard<'static, ()>),
+    Alone(RwLockWriteGuard<'static, ()>),
+}
+
+impl Turn {
+    fn shared() -> Self {
+        Self::Shared(CORES.read().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    fn alone() -> Self {
+        Self::Alone(CORES.write().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
 /// Two namespaces and the cable between them.
 pub struct Cable {
     main: String,
     robots: String,
     /// Where a cable in two halves has a third one.
     between: String,
+    _turn: Turn,
 }
 
 impl Cable {
     /// A new cable, both ends up; `None` where it cannot be had, which the test has been told then.
     pub fn plug() -> Option<Self> {
-        let cable = Self::prepare()?;
+        let cable = Self::prepare(Turn::shared)?;
         cable.plug_another(INTERFACE);
         Some(cable)
     }
 
     /// A new cable in two halves, all their ends up, as [`Cable::plug`]: nothing passes from
-    /// [`TO_MAIN`] to [`TO_ROBOTS`] but what the test passes on.
+    /// [`TO_MAIN`] to [`TO_ROBOTS`] but what the test passes on. No other test has a cable meanwhile.
     pub fn plug_in_two() -> Option<Self> {
-        let cable = Self::prepare()?;
+        let cable = Self::prepare(Turn::alone)?;
         cable.join((End::Main, INTERFACE), (End::Between, TO_MAIN));
         cable.join((End::Between, TO_ROBOTS), (End::Robots, INTERFACE));
         Some(cable)
     }
 
     /// Namespaces without a cable.
-    fn prepare() -> Option<Self> {
+    fn prepare(turn: impl FnOnce() -> Turn) -> Option<Self> {
         if !rustix::process::geteuid().is_root() {
             return skip("needs root (network namespaces)");
         }
         if Command::new("ip").arg("-V").output().is_err() {
             return skip("needs the command `ip` (package iproute2)");
         }
+        let turn = turn();
         let number = CABLES.fetch_add(1, Ordering::Relaxed);
         let name = |end: &str| format!("fieldarm-{}-{number}-{end}", std::process::id());
         let (main, robots, between) = (name("main"), name("robots"), name("between"));
-        let cable = Self { main, robots, between };
+        let cable = Self { main, robots, between, _turn: turn };
         for namespace in cable.namespaces() {
             let added = Command::new("ip").args(["netns", "add", namespace]).output();
             let added = added.expect("ip starts");

@@ -30,10 +30,11 @@ pub(in crate::cli) struct Host {
 }
 
 impl Host {
-    fn parse(text: &str, usual: u16) -> Result<Self, String> {
+    /// Reads `ADDR` or `ADDR:PORT`; the port is `usual` where none is given.
+    pub(in crate::cli) fn parse(text: &str, usual: u16) -> Result<Self, String> {
         if let Ok(place) = text.parse::<Place>() {
-            let port = place.port.unwrap_or(usual);
-            return Self { name: place.address.to_string(), port }.with_a_port();
+            let place = place.with_port(usual);
+            return Self { name: place.ip().to_string(), port: place.port() }.with_a_port();
         }
         let (name, port) = match text.split_once(':') {
             Some((name, port)) => (name, port.parse().map_err(|_| no_port(port, usual))?),
@@ -55,7 +56,8 @@ impl Host {
         }
     }
 
-    /// Where it is.
+    /// Where it is; of a name with several addresses, an IPv4 address first, for that is what a Meca500
+    /// has: `localhost` is often `::1` before it is `127.0.0.1`.
     pub(in crate::cli) fn look_up(&self) -> Result<SocketAddr, Failure> {
         if let Ok(address) = self.name.parse::<IpAddr>() {
             return Ok(SocketAddr::new(address, self.port));
@@ -63,8 +65,8 @@ impl Host {
         let found = (self.name.as_str(), self.port).to_socket_addrs();
         let none =
             |why: String| Failure::link(format!("the host `{}` is not known: {why}", self.name));
-        let mut found = found.map_err(|error| none(error.to_string()))?;
-        found.next().ok_or_else(|| none("it has no address".into()))
+        let found = found.map_err(|error| none(error.to_string()))?;
+        found.min_by_key(SocketAddr::is_ipv6).ok_or_else(|| none("it has no address".into()))
     }
 }
 
@@ -215,6 +217,12 @@ mod tests {
         assert_eq!(name.options.interval, Some(Duration::from_micros(2_500)));
         assert_eq!(name.options.watchdog, Some(Duration::from_millis(500)));
         assert_eq!(name.to_string(), "tcp:a?monitor=10.0.0.7&interval_ms=2.5&watchdog_ms=500");
+    }
+
+    #[test]
+    fn a_name_is_looked_up_as_the_robots_have_addresses() {
+        let host = Host::parse("localhost", CONTROL_PORT).expect("a name");
+        assert_eq!(host.look_up().map(|at| at.to_string()), Ok("127.0.0.1:10000".into()));
     }
 
     #[test]

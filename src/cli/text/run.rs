@@ -9,7 +9,7 @@ use std::sync::atomic::AtomicBool;
 use std::thread;
 
 use super::link_name::TcpName;
-use super::run_link::{AnyLink, MemoryLink, SocketLink, ports};
+use super::run_link::{AnyLink, MemoryLink, Ports, SocketLink, ports};
 use super::run_words;
 use crate::cli::ending::Endings;
 use crate::cli::exit::{Exit, Failure};
@@ -52,6 +52,8 @@ pub(in crate::cli) struct TcpRun<'a> {
 /// One robot of the run, and what becomes of it.
 struct Robot<'p> {
     source: &'p Source,
+    /// Where its ports are; none where it is in this process.
+    ports: Option<Ports>,
     link: AnyLink,
     runner: TextRunner<'p>,
     recording: Recording,
@@ -85,12 +87,15 @@ fn open_all<'a>(run: &TcpRun<'a>) -> Result<Vec<Robot<'a>>, Failure> {
         }
         let checkpoints = run_program::own_checkpoints(&source.program)?;
         let label = if several { format!("robot {}: ", place + 1) } else { String::new() };
-        let link = open(run, place, &label).map_err(|failure| Failure {
+        let named = |failure: Failure| Failure {
             message: format!("--link {}: {label}{}", run.link, failure.message),
             ..failure
-        })?;
+        };
+        let ports = ports(&run.link.hosts, &run.link.options, place).map_err(named)?;
+        let link = open(run, ports, &label).map_err(named)?;
         robots.push(Robot {
             source,
+            ports,
             link,
             runner: TextRunner::new(&source.program, run.link.options.settings(checkpoints)),
             recording: Recording::new(),
@@ -99,11 +104,19 @@ fn open_all<'a>(run: &TcpRun<'a>) -> Result<Vec<Robot<'a>>, Failure> {
     Ok(robots)
 }
 
-fn open(run: &TcpRun<'_>, place: usize, label: &str) -> Result<AnyLink, Failure> {
-    match ports(&run.link.hosts, &run.link.options, place)? {
-        Some((control, monitor)) => SocketLink::open(control, monitor, label.into(), run.is_quiet)
-            .map(Box::new)
-            .map(AnyLink::Sockets),
+fn open(run: &TcpRun<'_>, ports: Option<Ports>, label: &str) -> Result<AnyLink, Failure> {
+    match ports {
+        Some(ports) => {
+            let (link, revision) = SocketLink::open(ports, label.into(), run.is_quiet)?;
+            if let Some(revision) = revision.filter(|revision| *revision != run.revision) {
+                link.say(&format!(
+                    "the robot is a revision {revision}, and the program was checked for {}; --revision {revision} \
+                     knows its limits",
+                    run.revision
+                ));
+            }
+            Ok(AnyLink::Sockets(Box::new(link)))
+        }
         None => {
             let robot =
                 virtual_robot::new(run.sim, OrderName::Big, run.revision, CyclicBus::Direct);
@@ -146,7 +159,7 @@ fn tell(run: &TcpRun<'_>, robots: &[Robot<'_>], ended: &[Ended]) -> Result<Exit,
     for (number, ((robot, Ended { outcome, wall_time }), (directory, title))) in
         (1..).zip(robots.iter().zip(ended).zip(places))
     {
-        let Robot { source, runner, recording, .. } = robot;
+        let Robot { source, ports, runner, recording, .. } = robot;
         let (exit, message) = run_words::outcome(
             outcome,
             &source.name,
@@ -166,7 +179,7 @@ fn tell(run: &TcpRun<'_>, robots: &[Robot<'_>], ended: &[Ended]) -> Result<Exit,
                 counts: runner.counts(),
                 records: runner.records(),
                 cyclic: None,
-                tcp: Some(reported(run, runner, number - 1)?),
+                tcp: Some(reported(run, *ports, runner)),
                 bus: None,
                 enip: None,
                 recording,
@@ -194,18 +207,13 @@ fn settings(run: &TcpRun<'_>, robots: usize) -> Settings {
     }
 }
 
-fn reported(
-    run: &TcpRun<'_>,
-    runner: &TextRunner<'_>,
-    place: usize,
-) -> Result<ReportedTcp, Failure> {
-    let ports = ports(&run.link.hosts, &run.link.options, place)?;
+fn reported(run: &TcpRun<'_>, ports: Option<Ports>, runner: &TextRunner<'_>) -> ReportedTcp {
     let ms = |duration: Option<Duration>| duration.map(|duration| duration.as_secs_f64() * 1e3);
-    Ok(ReportedTcp {
-        control: ports.map(|(control, _)| control.to_string()),
-        monitor: ports.and_then(|(_, monitor)| monitor).map(|at| at.to_string()),
+    ReportedTcp {
+        control: ports.map(|ports| ports.control.to_string()),
+        monitor: ports.and_then(|ports| ports.monitor).map(|at| at.to_string()),
         interval_ms: ms(run.link.options.interval),
         watchdog_ms: ms(run.link.options.watchdog),
         ..ReportedTcp::new(runner.statistics())
-    })
+    }
 }

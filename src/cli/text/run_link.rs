@@ -18,6 +18,8 @@ use crate::run::text::{Heard, TextLink};
 use crate::sim::meca500::VirtualRobot;
 use crate::time::{Duration, Instant};
 use crate::wire::meca500::code::Code;
+use crate::wire::meca500::revision::Revision;
+use crate::wire::meca500::text::value::Greeting;
 
 /// Time for a connection, and again for the robot's greeting.
 const CONNECT_LIMIT: Duration = Duration::from_secs(10);
@@ -35,9 +37,17 @@ const AT_ONCE: usize = 4_096;
 /// Feeds the watchdog; only the first one is answered, so nobody may wait for it.
 const FEEDING: &str = "-ConnectionWatchdog(";
 
+/// Where a robot's ports are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Ports {
+    pub(super) control: SocketAddr,
+    /// `None` where positions come over the control port.
+    pub(super) monitor: Option<SocketAddr>,
+}
+
 /// A robot at its ports.
 pub(super) struct SocketLink {
-    control: SocketAddr,
+    ports: Ports,
     client: Client,
     messages: Messages,
     monitor: Option<Monitor>,
@@ -47,18 +57,18 @@ pub(super) struct SocketLink {
 }
 
 impl SocketLink {
-    /// Connects to both ports.
+    /// Connects to both ports; and the revision that the robot says it is.
     pub(super) fn open(
-        control: SocketAddr,
-        monitor: Option<SocketAddr>,
+        ports: Ports,
         label: String,
         is_quiet: bool,
-    ) -> Result<Self, Failure> {
+    ) -> Result<(Self, Option<Revision>), Failure> {
+        let Ports { control, monitor } = ports;
         let clock = MonotonicClock::new();
         let options = options(CONNECT_LIMIT);
-        let client = loop {
-            match Client::connect(control, options) {
-                Ok(client) => break client,
+        let (client, greeted) = loop {
+            match Client::connect_listening(control, options) {
+                Ok(connected) => break connected,
                 Err(ConnectError::Refused(Code::ANOTHER_USER))
                     if clock.now() - Instant::ZERO < CONTROL_LIMIT =>
                 {
@@ -74,13 +84,16 @@ impl SocketLink {
                  ({CONTROL_PORT}), not the monitoring port ({MONITORING_PORT})?"
             )));
         }
+        // The greeting is there already: the connection waited for it.
+        let greeting = greeted.wait_next(Duration::ZERO).ok().flatten();
+        let revision = greeting.and_then(|message| Greeting::read(&message.as_message()).revision);
         let messages = client.messages();
         let monitor = monitor.map(|at| Monitor::connect(at, CONNECT_LIMIT)).transpose();
         let monitor = monitor.map_err(|error| Failure::link(format!("monitoring: {error}")))?;
-        Ok(Self { control, client, messages, monitor, clock, label, is_quiet })
+        Ok((Self { ports, client, messages, monitor, clock, label, is_quiet }, revision))
     }
 
-    fn say(&self, text: &str) {
+    pub(super) fn say(&self, text: &str) {
         if !self.is_quiet {
             // Nobody reads standard error any more: the run goes on.
             let _ = writeln!(std::io::stderr(), "{}{text}", self.label);
@@ -178,11 +191,18 @@ impl TextLink for SocketLink {
     }
 
     fn reconnect(&mut self) -> bool {
-        match Client::connect(self.control, options(REBOOT_TRY)) {
+        match Client::connect(self.ports.control, options(REBOOT_TRY)) {
             Ok(client) => {
                 self.messages = client.messages();
                 self.client = client;
                 self.monitor = None;
+                match self.ports.monitor.map(|at| Monitor::connect(at, REBOOT_TRY)) {
+                    None => {}
+                    Some(Ok(monitor)) => self.monitor = Some(monitor),
+                    Some(Err(error)) => self.say(&format!(
+                        "positions are not followed after the reboot: monitoring: {error}"
+                    )),
+                }
                 true
             }
             Err(_) => {
@@ -301,8 +321,8 @@ pub(super) fn ports(
     hosts: &[super::link_name::Host],
     options: &TcpOptions,
     place: usize,
-) -> Result<Option<(SocketAddr, Option<SocketAddr>)>, Failure> {
+) -> Result<Option<Ports>, Failure> {
     let Some(host) = hosts.get(place) else { return Ok(None) };
     let monitor = options.monitors.get(place).map(super::link_name::Host::look_up).transpose()?;
-    Ok(Some((host.look_up()?, monitor)))
+    Ok(Some(Ports { control: host.look_up()?, monitor }))
 }

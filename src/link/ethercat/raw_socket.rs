@@ -19,6 +19,7 @@ use nix::sys::socket::{LinkAddr, bind};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
 use rustix::net::netdevice::index_to_name_inlined;
+use rustix::net::sockopt::{Timeout, set_socket_timeout};
 use rustix::net::{
     AddressFamily, Protocol, RecvFlags, SendFlags, SocketFlags, SocketType, recv, send, socket_with,
 };
@@ -26,12 +27,14 @@ use rustix::thread::sched_yield;
 
 use super::wire::Wire;
 use crate::link::clock::MonotonicClock;
-use crate::time::Instant;
+use crate::time::{Duration, Instant};
 
 /// EtherCAT's EtherType. Source: ETG.1000 part 4.
 const ETHERTYPE: u16 = 0x88A4;
 /// Hardware type of Ethernet in a link address (ARPHRD_ETHER).
 const HARDWARE_ETHERNET: u16 = 1;
+/// Wait for a frame that is all but certain to come; the system rounds it up to ticks of its own.
+const CARELESS_WAIT: Duration = Duration::from_millis(1);
 /// Most frames that are thrown away at opening; far more than a socket's buffer holds.
 const MOST_DRAINED: u32 = 100_000;
 
@@ -197,10 +200,13 @@ impl RawSocket {
 
     /// The next frame in the system's buffer.
     fn take_frame(&mut self, buffer: &mut [u8]) -> io::Result<Option<usize>> {
+        self.take(buffer, RecvFlags::DONTWAIT)
+    }
+
+    fn take(&mut self, buffer: &mut [u8], flags: RecvFlags) -> io::Result<Option<usize>> {
         loop {
             let room = buffer.len();
-            let flags = RecvFlags::DONTWAIT | RecvFlags::TRUNC;
-            match recv(&self.socket, &mut *buffer, flags) {
+            match recv(&self.socket, &mut *buffer, flags | RecvFlags::TRUNC) {
                 Ok((_, length)) if length > room => {}
                 Ok((_, length)) => {
                     self.is_down = false;
@@ -235,8 +241,10 @@ impl AsFd for RawSocket {
 fn packet_socket() -> Result<OwnedFd, Errno> {
     let protocol = u32::from(ETHERTYPE.to_be());
     let protocol = core::num::NonZeroU32::new(protocol).map(Protocol::from_raw);
-    let flags = SocketFlags::NONBLOCK | SocketFlags::CLOEXEC;
-    socket_with(AddressFamily::PACKET, SocketType::RAW, flags, protocol)
+    let socket =
+        socket_with(AddressFamily::PACKET, SocketType::RAW, SocketFlags::CLOEXEC, protocol)?;
+    set_socket_timeout(&socket, Timeout::Recv, Some(CARELESS_WAIT))?;
+    Ok(socket)
 }
 
 impl Wire for RawSocket {
@@ -280,6 +288,14 @@ impl Wire for RawSocket {
 
     fn receive_now(&mut self, buffer: &mut [u8]) -> io::Result<Option<usize>> {
         self.take_frame(buffer)
+    }
+
+    fn receive_next(&mut self, buffer: &mut [u8], _: Instant) -> io::Result<Option<usize>> {
+        // The system counts this wait in ticks of its own: no timer is set for it and none taken back.
+        match self.take(buffer, RecvFlags::empty())? {
+            None => self.check_presence().map(|()| None),
+            length => Ok(length),
+        }
     }
 
     fn now(&self) -> Instant {

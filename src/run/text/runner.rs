@@ -122,6 +122,8 @@ struct Acting {
     mark: Option<u32>,
     answers: Option<Answers>,
     look_at: Instant,
+    /// When a line that was refused may be sent again.
+    again_at: Instant,
     deadline: Instant,
 }
 
@@ -153,6 +155,8 @@ pub struct TextRunner<'p> {
     velocity_timeout_s: f64,
     time_scaling_percent: f64,
     idle_since: Option<Instant>,
+    /// When the robot last told its state.
+    status_at: Instant,
     lost: Option<LinkMessage>,
 }
 
@@ -187,6 +191,7 @@ impl<'p> TextRunner<'p> {
             velocity_timeout_s: VELOCITY_TIMEOUT_S,
             time_scaling_percent: 100.0,
             idle_since: None,
+            status_at: Instant::ZERO,
             lost: None,
         }
     }
@@ -380,7 +385,10 @@ impl<'p> TextRunner<'p> {
                     }
                 }
                 Code::ERROR_RESET => tell(&Event::RobotErrorCleared),
-                Code::STATUS_ROBOT => self.watch_error_mode(now),
+                Code::STATUS_ROBOT => {
+                    self.status_at = now;
+                    self.watch_error_mode(now);
+                }
                 // A mere warning, unless it has stopped the robot: that is told with its state.
                 Code::MOVE_DURATION_TOO_SHORT => drop(self.talk.ask_for_status(0, now)),
                 _ => {}
@@ -468,6 +476,9 @@ impl<'p> TextRunner<'p> {
     fn reached(&mut self, number: u16, now: Instant, tell: Tell<'_>) {
         let is_own = self.in_flight.owns(number);
         let done: Vec<usize> = self.in_flight.reached(number).collect();
+        if !done.is_empty() {
+            self.idle_since = None;
+        }
         for step in done {
             // A line that was refused is not done, though its checkpoint was taken.
             let is_open =
@@ -676,25 +687,31 @@ impl<'p> TextRunner<'p> {
             let outcome = self.outcome_of(end, Stop::NotNeeded);
             return self.stop(outcome, now);
         }
-        if now - self.talk.heard_at >= SILENCE && !self.talk.is_awaiting() {
+        let is_silent = now - self.talk.heard_at >= SILENCE;
+        // What it told before it read the last lines says nothing about them.
+        let is_in_doubt = self.seems_idle() && now - self.status_at >= SILENCE;
+        if (is_silent || is_in_doubt) && !self.talk.is_awaiting() {
             self.talk.ask_for_status(self.next, now);
         }
         self.watch_idleness(now);
     }
 
+    /// Whether lines are under way, and the robot has nothing to do as far as it has told.
+    fn seems_idle(&self) -> bool {
+        matches!(self.stage, Stage::Streaming)
+            && self.ledger.counts().open() > 0
+            && self.robot.is(|status| status.is_end_of_block && !status.is_paused)
+    }
+
     /// An idle robot whose checkpoints do not come has lost lines: nobody shall wait for them for ever.
     fn watch_idleness(&mut self, now: Instant) {
-        let is_idle = matches!(self.stage, Stage::Streaming)
-            && self.ledger.counts().open() > 0
-            && !self.talk.is_awaiting()
-            && !self.talk.has_lines()
-            && self.robot.is(|status| status.is_end_of_block && !status.is_paused);
-        if !is_idle {
+        if !self.seems_idle() {
             self.idle_since = None;
             return;
         }
         let since = *self.idle_since.get_or_insert(now);
-        if now - since > IDLE_LIMIT {
+        let is_told_again = self.status_at - since >= SILENCE;
+        if now - since > IDLE_LIMIT && is_told_again {
             let outcome = self.outcome_of(End::Fault(Fault::AckTimeout), Stop::NotNeeded);
             self.stop(outcome, now);
         }

@@ -32,6 +32,7 @@ impl TextRunner<'_> {
             mark: None,
             answers: None,
             look_at: now,
+            again_at: now,
             deadline: now + limit,
         });
     }
@@ -55,6 +56,7 @@ impl TextRunner<'_> {
             None => step.before(&self.robot),
             Some(answers) => step.after(&self.robot, answers),
         };
+        let is_refused = acting.answers.as_ref().is_some_and(|answers| answers.error.is_some());
         match judgement {
             Judgement::Done => {
                 acting.index += 1;
@@ -71,10 +73,17 @@ impl TextRunner<'_> {
                 self.talk.say(step.line());
                 Flow::Wait
             }
+            Judgement::Send if is_refused && (now < acting.again_at || now >= acting.deadline) => {
+                acting.look_at = acting.again_at;
+                self.watch_deadline(step, now)
+            }
             Judgement::Send => {
                 self.talk.say(step.line());
                 let had_stops = !self.robot.stops.is_empty();
-                acting.deadline = now + step.limit();
+                if acting.answers.is_none() {
+                    acting.deadline = now + step.limit();
+                }
+                acting.again_at = now + LOOK_AGAIN;
                 acting.answers = Some(Answers::since(had_stops));
                 acting.mark = Some(self.talk.ask_for_status(self.next, now));
                 Flow::Wait
