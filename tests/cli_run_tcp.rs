@@ -181,6 +181,20 @@ fn several_robots_run_at_once_each_with_its_own_end() {
 }
 
 #[test]
+fn a_robot_is_let_go_when_its_own_run_is_over() {
+    let scratch = Scratch::new("tcp_let_go");
+    let short = scratch.write("short.txt", "Delay(0.01)\n");
+    let long = scratch.write("long.txt", "Delay(3600)\n");
+    let addresses = [address().to_string(), address().to_string()];
+    let [mut first, _second] = addresses.each_ref().map(|address| serve(address));
+    let link = format!("tcp:{}", addresses.join(","));
+    let running = Running::start(&mut fieldarm(&["run", &short, &long, "--link", &link]));
+    first.wait_for(" closed", LONG);
+    let (status, said) = running.interrupt(LONG);
+    assert_eq!(status.code(), Some(130), "the other one went on: {said}");
+}
+
+#[test]
 fn an_interrupt_stops_the_robot_and_ends_in_good_order() {
     let scratch = Scratch::new("tcp_interrupt");
     let program =

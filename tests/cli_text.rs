@@ -88,9 +88,31 @@ fn a_line_that_would_be_refused_is_not_sent() {
     assert!(!ended.stdout.contains("[1003]") && !ended.stdout.contains("[2081]"), "{ended:?}");
     let ended = robot.text(&["--keep-going"], "getfwversion\nGetFwVersion\n");
     expect(&ended, 2, &["[2081]"], &["did you mean `GetFwVersion`?", "it is: GetFwVersion"]);
+    let ended = robot.text(&[], ":stat\nGetFwVersion\n");
+    expect(&ended, 2, &[], &["line 1: there is no `:stat`; there are :help, :state, :quit"]);
+    assert!(!ended.stdout.contains("[2081]"), "{ended:?}");
     let ended = robot.text(&[], "!SetEob(7)\nGetFwVersion\n");
     expect(&ended, 3, &["[1003]"], &["line 1: SetEob(7): 1003"]);
     assert!(!ended.stdout.contains("[2081]"), "{ended:?}");
+}
+
+#[test]
+fn who_does_not_read_has_his_commands_executed() {
+    let robot = Robot::start();
+    let mut command = fieldarm(&["text", &robot.address]);
+    let mut child = command
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the command starts");
+    drop(child.stdout.take());
+    let lines = b":help\n:state\nSetRobotName(unread)\n";
+    child.stdin.take().expect("piped").write_all(lines).expect("it reads its input");
+    let ended: Ended = child.wait_with_output().expect("the command ends").into();
+    expect(&ended, 0, &[], &[]);
+    assert_eq!(ended.stderr, "");
+    expect(&robot.text(&[], "GetRobotName\n"), 0, &["unread"], &[]);
 }
 
 #[test]
@@ -136,7 +158,9 @@ fn wrong_addresses_and_ports_are_told_apart() {
     let control = run(&["text", &format!("{}:10000", robot.address), "--monitor"]);
     expect(&control, 4, &[], &["no monitoring port", "10001"]);
     expect(&at("203.0.113.7"), 4, &[], &["203.0.113.7:10000", "Remedy: "]);
-    expect(&at("robot"), 2, &[], &["127.0.0.1:10000"]);
+    expect(&at("300.0.0.1"), 2, &[], &["neither an IP address nor the name", ":10000"]);
+    expect(&at(&format!("{nobody}:0")), 2, &[], &["1 to 65535"]);
+    expect(&at("localhost:1"), 4, &[], &["nobody listens at 127.0.0.1:1", "Remedy: "]);
     for options in [
         &["--monitor", "--watchdog", "1"][..],
         &["--history", "x", "--no-history"],

@@ -14,6 +14,7 @@ mod terminal;
 use cli_support::{Scratch, fieldarm};
 use loopback::address;
 use namespaces::Running;
+use rustix::process::{Signal, kill_process};
 use serving::serve;
 use terminal::Terminal;
 
@@ -112,6 +113,20 @@ fn what_the_robot_says_comes_above_the_line_that_is_typed() {
     assert!(!screen.contains("\u{1b}[31m") && !screen.contains("\u{1b}[2m"), "{screen:?}");
     let kept = std::fs::read_to_string(format!("{home}/fieldarm/text_history")).unwrap();
     assert!(kept.contains("ActivateRobot"), "{kept}");
+}
+
+#[test]
+fn a_signal_to_end_leaves_the_terminal_as_it_was() {
+    let (_serving, address) = robot();
+    let mut terminal = start(&["text", &address, "--no-history"], &[]);
+    terminal.expect("not activated, not homed");
+    // The line is being edited now: what is typed is shown by the prompt alone.
+    terminal.press("GetFw");
+    terminal.expect("GetFw");
+    assert!(!terminal.is_plain());
+    kill_process(terminal.pid(), Signal::TERM).expect("it is our child");
+    terminal.expect_exit(130);
+    assert!(terminal.is_plain());
 }
 
 #[test]

@@ -21,7 +21,7 @@ const PER_MILLE: u16 = 5;
 /// Exit codes of this command, where they mean something of their own.
 const EXIT_CODES: &str = "\
 Exit codes:
-    0  ended with Ctrl-C, or by the signal TERM or HUP: the way it is meant to end
+    0  ended with Ctrl-C, the key q, `quit` of a scenario, or the signal TERM or HUP: the ways it is meant to end
     1  a file cannot be read or written, or an internal error
     2  bad usage, a mistake in a scenario or in kept state, no such network interface, or no such address of this machine
     4  the interface cannot be opened, or was removed; a port is in use by somebody else
@@ -49,6 +49,9 @@ Exit codes:
 /// ports, and one in TCP/IP mode is not in the EtherCAT line, nor are those behind it. SwitchToEtherCat over
 /// TCP leads from the one to the other, the bit DisableEtherCAT over EtherCAT leads back; --mode says where
 /// they begin.
+///
+/// In a terminal a line below shows how each robot is, and keys press its E-Stop, pull its cable and more:
+/// the key h lists them. --scenario does the same at given times.
 #[derive(Args, Debug)]
 #[command(after_help = EXIT_CODES, after_long_help = EXIT_CODES)]
 #[command(group(ArgGroup::new("bus").required(true).multiple(true).args(["ethercat", "enip", "tcp"])))]

@@ -2,6 +2,7 @@
 //!
 //! Each robot has a connection and a thread of its own: nothing is shared but the wish to end.
 
+use core::net::SocketAddr;
 use std::path::PathBuf;
 use std::prelude::v1::*;
 use std::sync::Arc;
@@ -49,12 +50,16 @@ pub(in crate::cli) struct TcpRun<'a> {
     pub(in crate::cli) is_quiet: bool,
 }
 
+/// Control port and monitoring port of a robot that has any.
+type Ports = Option<(SocketAddr, Option<SocketAddr>)>;
+
 /// One robot of the run, and what becomes of it.
 struct Robot<'p> {
     source: &'p Source,
     /// Where its ports are; none where it is in this process.
     ports: Option<Ports>,
-    link: AnyLink,
+    /// Until it is driven: a robot whose run has ended is let go, and stops if it has not yet.
+    link: Option<AnyLink>,
     runner: TextRunner<'p>,
     recording: Recording,
 }
@@ -96,7 +101,7 @@ fn open_all<'a>(run: &TcpRun<'a>) -> Result<Vec<Robot<'a>>, Failure> {
         robots.push(Robot {
             source,
             ports,
-            link,
+            link: Some(link),
             runner: TextRunner::new(&source.program, run.link.options.settings(checkpoints)),
             recording: Recording::new(),
         });
@@ -122,7 +127,8 @@ fn open(run: &TcpRun<'_>, ports: Option<Ports>, label: &str) -> Result<AnyLink, 
                 virtual_robot::new(run.sim, OrderName::Big, run.revision, CyclicBus::Direct);
             MemoryLink::open(robot, run.fast).map(Box::new).map(AnyLink::Memory)
         }
-    }
+    }?;
+    Ok((ports, link))
 }
 
 /// Drives each robot to its end in a thread of its own, while another one tells of it.
@@ -137,13 +143,14 @@ fn drive_all(run: &TcpRun<'_>, robots: &mut [Robot<'_>]) -> Vec<Ended> {
         let threads: Vec<_> = robots
             .iter_mut()
             .zip(watchers)
-            .map(|(robot, mut watcher)| {
-                scope.spawn(move || {
+            .filter_map(|(robot, mut watcher)| {
+                let mut link = robot.link.take()?;
+                Some(scope.spawn(move || {
                     let clock = MonotonicClock::new();
-                    let Robot { link, runner, recording, .. } = robot;
-                    let outcome = drive_text(link, runner, recording, &mut watcher);
+                    let Robot { runner, recording, .. } = robot;
+                    let outcome = drive_text(&mut link, runner, recording, &mut watcher);
                     Ended { outcome, wall_time: clock.now() - Instant::ZERO }
-                })
+                }))
             })
             .collect();
         // Nothing in them panics.

@@ -45,6 +45,11 @@ pub(super) const BUILT_INS: [(&str, &str); 3] = [
     (":quit", "ends; Ctrl-D does too"),
 ];
 
+/// What to say of a command of the prompt that there is none of.
+pub(super) fn unknown_built_in(text: &str) -> String {
+    format!("there is no `:{text}`; there are {}", BUILT_INS.map(|(name, _)| name).join(", "))
+}
+
 /// Why the robot would refuse a line, and what would be right.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Mistake {

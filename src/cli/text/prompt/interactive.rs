@@ -15,7 +15,7 @@ use super::entry::{self, BuiltIn, Entry};
 use super::history::{self, HistoryChoice};
 use super::paint::{Paint, Tone};
 use super::view::View;
-use super::{Session, help, messages, state};
+use super::{Session, help, messages, signals, state};
 use crate::cli::exit::{Exit, Failure};
 use crate::link::text::{AnswerError, Client, EndReason, Messages};
 use crate::time::Duration;
@@ -32,6 +32,7 @@ type Line = Editor<Assist, FileHistory>;
 /// Runs the prompt until it is left or the connection ends.
 pub(super) fn run(session: Session, history: &HistoryChoice) -> Result<Exit, Failure> {
     let Session { client, messages, view, paint, revision } = session;
+    signals::end_in_good_order()?;
     let mut line = editor(revision, paint)?;
     let file = history::file(history);
     if let Some(file) = &file {
@@ -187,9 +188,7 @@ fn answer(built_in: BuiltIn<'_>, client: &Client, paint: Paint, revision: Revisi
         BuiltIn::State => println!("{}", state::words(&client.state())),
         BuiltIn::Quit => {}
         BuiltIn::Unknown(text) => {
-            let names: Vec<_> = entry::BUILT_INS.iter().map(|(name, _)| *name).collect();
-            let text = format!("there is no `:{text}`; there are {}", names.join(", "));
-            println!("{}", paint.text(Tone::Warning, text));
+            println!("{}", paint.text(Tone::Warning, entry::unknown_built_in(text)));
         }
     }
 }

@@ -16,17 +16,18 @@ mod interactive;
 mod messages;
 mod paint;
 mod piped;
+mod signals;
 mod state;
 mod view;
 mod watch;
 
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
 use std::prelude::v1::*;
 
 use clap::Args;
 
-use super::place::Place;
+use super::link_name::Host;
 use crate::bus::text::client::ClientSettings;
 use crate::bus::text::{CONTROL_PORT, MONITORING_PORT};
 use crate::cli::exit::{Exit, Failure};
@@ -67,9 +68,10 @@ Examples:
 #[derive(Args, Debug)]
 #[command(after_help = EXIT_CODES, after_long_help = EXIT_CODES)]
 pub(in crate::cli) struct TextArgs {
-    /// Address of the robot; its port is 10000, with --monitor 10001, unless it is given as ADDR:PORT.
-    #[arg(value_name = "ADDR[:PORT]")]
-    address: Place,
+    /// IP address or host name of the robot; its port is 10000, with --monitor 10001, unless it is given as
+    /// ADDR:PORT.
+    #[arg(value_name = "ADDR[:PORT]", value_parser = robot)]
+    address: String,
     /// Watch the monitoring port and send nothing: others may control the robot meanwhile. Ctrl-C ends
     /// it.
     #[arg(long)]
@@ -96,6 +98,11 @@ pub(in crate::cli) struct TextArgs {
     no_history: bool,
 }
 
+/// The robot on the command line: what stands there is right, whichever port is wanted.
+fn robot(text: &str) -> Result<String, String> {
+    Host::parse(text, CONTROL_PORT).map(|_| text.into())
+}
+
 /// A time on the command line.
 fn seconds(text: &str) -> Result<Duration, String> {
     let known = text.parse().ok().filter(|seconds| (0.001..=86_400.0).contains(seconds));
@@ -118,11 +125,12 @@ struct Session {
 pub(in crate::cli) fn run(args: &TextArgs) -> Result<Exit, Failure> {
     let paint = Paint::of_stdout();
     let view = View::new(args.raw);
+    let usual = if args.monitor { MONITORING_PORT } else { CONTROL_PORT };
+    let address = Host::parse(&args.address, usual).map_err(Failure::usage)?.look_up()?;
     if args.monitor {
-        return watch::run(args.address.with_port(MONITORING_PORT), args.limit, view, paint);
+        return watch::run(address, args.limit, view, paint);
     }
     let settings = ClientSettings { watchdog: args.watchdog, ..ClientSettings::default() };
-    let address = args.address.with_port(CONTROL_PORT);
     let options = ClientOptions { settings, limit: args.limit };
     let (client, messages) = Client::connect_listening(address, options)
         .map_err(|error| connect::failure(&error, address, args.limit))?;
@@ -136,7 +144,8 @@ pub(in crate::cli) fn run(args: &TextArgs) -> Result<Exit, Failure> {
     let told = greeting.as_ref().map(|message| Greeting::read(&message.as_message()));
     let revision = told.and_then(|greeting| greeting.revision).unwrap_or(Revision::R3);
     if let Some(message) = greeting {
-        println!("{}", messages::line(&message, args.raw, paint));
+        // Whoever does not read still wants the commands to be executed.
+        let _ = writeln!(std::io::stdout(), "{}", messages::line(&message, args.raw, paint));
     }
     let session = Session { client, messages, view, paint, revision };
     if std::io::stdin().is_terminal() && std::io::stdout().is_terminal() {

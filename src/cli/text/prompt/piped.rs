@@ -209,7 +209,11 @@ impl Sending<'_> {
                 Entry::Nothing => continue,
                 Entry::BuiltIn(BuiltIn::Quit) => break,
                 Entry::BuiltIn(built_in) => {
-                    self.built_in(number, built_in);
+                    if !self.built_in(number, built_in)
+                        && let Some(exit) = self.fail(Exit::Usage)
+                    {
+                        return Ok(exit);
+                    }
                     continue;
                 }
                 Entry::Mistake(mistake) => {
@@ -261,17 +265,21 @@ impl Sending<'_> {
         }
     }
 
-    fn built_in(&mut self, number: usize, built_in: BuiltIn<'_>) {
-        match built_in {
-            BuiltIn::Help(None) => println!("{}", help::overview()),
-            BuiltIn::Help(Some(name)) => match help::of(name, self.talk.revision) {
-                Ok(text) => println!("{text}"),
-                Err(error) => eprintln!("line {number}: {error}"),
-            },
-            BuiltIn::State => println!("{}", state::words(&self.talk.client.state())),
-            BuiltIn::Quit => {}
-            BuiltIn::Unknown(text) => eprintln!("line {number}: there is no `:{text}`"),
+    /// Does what is asked of the prompt itself; whether there is such a thing.
+    fn built_in(&mut self, number: usize, built_in: BuiltIn<'_>) -> bool {
+        let told = match built_in {
+            BuiltIn::Help(None) => Ok(help::overview()),
+            BuiltIn::Help(Some(name)) => help::of(name, self.talk.revision),
+            BuiltIn::State => Ok(state::words(&self.talk.client.state())),
+            BuiltIn::Quit => return true,
+            BuiltIn::Unknown(text) => Err(entry::unknown_built_in(text)),
+        };
+        match &told {
+            // Whoever does not read any more still wants the commands to be executed.
+            Ok(text) => drop(writeln!(io::stdout(), "{text}")),
+            Err(error) => eprintln!("line {number}: {error}"),
         }
+        told.is_ok()
     }
 
     /// Sends one line and waits until the robot has answered or taken it.
