@@ -2,7 +2,6 @@
 //!
 //! Each robot has a connection and a thread of its own: nothing is shared but the wish to end.
 
-use core::net::SocketAddr;
 use std::path::PathBuf;
 use std::prelude::v1::*;
 use std::sync::Arc;
@@ -49,9 +48,6 @@ pub(in crate::cli) struct TcpRun<'a> {
     pub(in crate::cli) fast: bool,
     pub(in crate::cli) is_quiet: bool,
 }
-
-/// Control port and monitoring port of a robot that has any.
-type Ports = Option<(SocketAddr, Option<SocketAddr>)>;
 
 /// One robot of the run, and what becomes of it.
 struct Robot<'p> {
@@ -127,8 +123,7 @@ fn open(run: &TcpRun<'_>, ports: Option<Ports>, label: &str) -> Result<AnyLink, 
                 virtual_robot::new(run.sim, OrderName::Big, run.revision, CyclicBus::Direct);
             MemoryLink::open(robot, run.fast).map(Box::new).map(AnyLink::Memory)
         }
-    }?;
-    Ok((ports, link))
+    }
 }
 
 /// Drives each robot to its end in a thread of its own, while another one tells of it.
