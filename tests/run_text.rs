@@ -1,6 +1,8 @@
 //! The program runner over the text interface against the virtual robot, in simulated time.
 #![cfg(feature = "cli")]
 
+#[path = "run_text/deaf.rs"]
+mod deaf;
 #[path = "support/quick_robot.rs"]
 mod quick_robot;
 
