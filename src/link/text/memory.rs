@@ -288,7 +288,7 @@ mod tests {
         connection.connect().unwrap();
         heard(&mut connection, 1).unwrap();
         connection.send("leave").unwrap();
-        assert_eq!(heard(&mut connection, 9), Ok(vec![(1, "leave".into())]));
+        assert_eq!(heard(&mut connection, 9), Ok(vec![(0, "leave".into())]));
         assert_eq!(heard(&mut connection, 9), Err(EndReason::ByRobot));
         connection.connect().unwrap();
         connection.send("lost").unwrap();
