@@ -246,12 +246,12 @@ fn bad_usage_says_what_would_be_right() {
         (
             &["--link", "profinet"],
             "profinet is coming in a later version; for now there are sim, ethercat-sim, \
-             ethercat:IFACE[:POSITION], enip-sim and enip:ADDR",
+             ethercat:IFACE[:POSITION], enip-sim, enip:ADDR, tcp-sim and tcp:ADDR",
         ),
         (
             &["--link", "usb"],
-            "for now there are sim, ethercat-sim, ethercat:IFACE[:POSITION], enip-sim and enip:ADDR; \
-             profinet and tcp are coming",
+            "for now there are sim, ethercat-sim, ethercat:IFACE[:POSITION], enip-sim, enip:ADDR, \
+             tcp-sim and tcp:ADDR; profinet is coming",
         ),
         (
             &["--link", "ethercat:eth0", "--fast"],
