@@ -65,6 +65,7 @@ impl<F: Copy> Draws<F> {
     }
 
     /// Whether the plan has no faults.
+    #[cfg(feature = "ethercat")]
     pub(super) const fn plans_none(&self) -> bool {
         self.plan.chances.is_empty()
     }

@@ -11,6 +11,7 @@ pub mod adapter;
 mod deadlines;
 pub mod scanner;
 
+#[cfg(feature = "enip")]
 pub(crate) use deadlines::MOST_OWED;
 
 /// What a connection may do with the robot.
